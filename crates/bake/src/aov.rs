@@ -124,7 +124,10 @@ pub fn specs(
 /// Refuses groups of lights that are not there or in another group.
 fn check_groups(n_lights: usize, groups: &[Group]) -> Result<(), SceneError> {
     let mut taken = vec![false; n_lights];
-    for Group { name, lights } in groups {
+    for (ix, Group { name, lights }) in groups.iter().enumerate() {
+        if groups[..ix].iter().any(|group| group.name == *name) {
+            return Err(SceneError::GroupTwice(name.clone()));
+        }
         let refused = |light, fault| SceneError::Group {
             group: name.clone(),
             light,
@@ -168,21 +171,33 @@ fn draw(
     whole: &PreparedScene,
     spec: &Spec,
     background: Background,
-    (size, samples): ([u32; 2], u32),
+    frame: ([u32; 2], u32),
 ) -> Result<(Picture, Stats), RenderError> {
     backend.set_hair(whole.hair.hair(), &spec.modes)?;
     backend.set_scattering(spec.scattering);
     let colors: Vec<[f32; 3]> = whole.lights.iter().map(|light| light.rgb).collect();
     backend.set_light_colors(&masked(&colors, spec))?;
+    draw_over(backend, whole, background, frame)
+}
+
+/// Draws the picture of the light that was drawn last.
+fn draw_over(
+    backend: &mut dyn Backend,
+    whole: &PreparedScene,
+    background: Background,
+    (size, samples): ([u32; 2], u32),
+) -> Result<(Picture, Stats), RenderError> {
     backend.set_grade(whole.exposure, whole.display.clone(), background);
     backend.render(size, samples, &|_| ())
 }
 
-/// The scene, whose shadow maps and negligible power stay those of all its lights: layers are drawn
-/// of it.
-pub fn measured(scene: &PreparedScene) -> PreparedScene {
+/// The scene that layers of light, `specs`, are drawn of: its shadow maps and negligible power stay those of all its
+/// lights. Without any it is the scene itself, whose picture takes less.
+pub fn measured(scene: &PreparedScene, specs: &[Spec]) -> PreparedScene {
     let mut scene = scene.clone();
-    scene.reference_amplitudes = Some(scene.lights.iter().map(|light| light.rgb).collect());
+    if !specs.is_empty() {
+        scene.reference_amplitudes = Some(scene.lights.iter().map(|light| light.rgb).collect());
+    }
     scene
 }
 
@@ -260,16 +275,18 @@ impl Layers {
             modes: scene.hair.modes().to_vec(),
             lights: None,
         };
-        let draw = |backend: &mut dyn Backend, spec: &Spec, background| {
-            draw(backend, &scene, spec, background, (size, samples))
+        let frame = (size, samples);
+        let draw = |backend: &mut dyn Backend, spec: &Spec| {
+            draw(backend, &scene, spec, Background::None, frame)
         };
         let text = |stats: &Stats| FrameStats(stats).to_string();
-        let (beauty, of_picture) = draw(backend, &whole, scene.background)?;
+        // That of the scene as it is.
+        let (beauty, of_picture) = draw_over(backend, &scene, scene.background, frame)?;
         let mut stats = vec![(PICTURE.name.to_owned(), text(&of_picture))];
         let seen = match scene.background {
             Background::None => beauty.clone(),
             _ => {
-                let (seen, of_seen) = draw(backend, &whole, Background::None)?;
+                let (seen, of_seen) = draw_over(backend, &scene, Background::None, frame)?;
                 stats.push(("picture without background".to_owned(), text(&of_seen)));
                 seen
             }
@@ -282,7 +299,7 @@ impl Layers {
                 let mut black = scene.proxies.clone();
                 black.iter_mut().for_each(|it| *it.albedo_mut() = [0.0; 3]);
                 backend.set_proxies(black);
-                let (hair, of_hair) = draw(backend, &whole, Background::None)?;
+                let (hair, of_hair) = draw_over(backend, &scene, Background::None, frame)?;
                 stats.push((whole.name(), text(&of_hair)));
                 hair
             }
@@ -302,7 +319,7 @@ impl Layers {
         }
         for (ix, spec) in specs.iter().enumerate() {
             observe((ix + 1) as f64 / (specs.len() + 1) as f64);
-            let (picture, spec_stats) = draw(backend, spec, Background::None)?;
+            let (picture, spec_stats) = draw(backend, spec)?;
             stats.push((spec.name(), text(&spec_stats)));
             layers.push(LightLayer::new(
                 spec.layer,

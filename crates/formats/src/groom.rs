@@ -300,8 +300,11 @@ impl Groom {
         for (ix, &value) in attribute.data.iter().enumerate() {
             finite(|| format!("attribute {name}[{ix}]"), value)?;
             if name == "diameter" {
-                let (min, max) = (f64::from(MIN_DIAMETER_CM), f64::from(MAX_DIAMETER_CM));
-                in_range("attribute diameter (cm)", f64::from(value), min, max)?;
+                // In single precision, as it is: 1e-6 is written as such.
+                if !(MIN_DIAMETER_CM..=MAX_DIAMETER_CM).contains(&value) {
+                    let range = format!("in {MIN_DIAMETER_CM}..={MAX_DIAMETER_CM}");
+                    return Err(Error::value("attribute diameter (cm)", value, range));
+                }
             }
         }
         crate::paint::check(name, attribute.components, &attribute.data)

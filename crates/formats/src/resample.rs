@@ -57,12 +57,13 @@ impl Groom {
     /// `Value` where `max_error_cm` is negative or no number, or the groom breaks a promise.
     pub fn simplified(&self, max_error_cm: f32) -> Result<Groom> {
         self.validate()?;
-        in_range(
-            "largest error (cm)",
-            f64::from(max_error_cm),
-            0.0,
-            f64::from(f32::MAX),
-        )?;
+        if !(max_error_cm.is_finite() && max_error_cm >= 0.0) {
+            return Err(Error::value(
+                "largest error (cm)",
+                max_error_cm,
+                "0 or more",
+            ));
+        }
         let mut picks = Vec::new();
         let mut offsets = vec![0];
         let mut keeps = Vec::new();

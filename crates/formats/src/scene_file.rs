@@ -166,6 +166,17 @@ impl Scene {
         self.render.lut.as_ref().map(|lut| self.resolve(lut))
     }
 
+    /// Paths of all files that the scene names.
+    pub fn file_paths(&self) -> Vec<PathBuf> {
+        let mut paths = vec![self.groom_path(), self.lights_path()];
+        paths.extend(self.tables_path());
+        paths.extend(self.panorama_path());
+        paths.extend(self.lut_path());
+        paths.extend(self.frame_paths());
+        paths.extend(self.mesh_paths().into_iter().map(|(_, path)| path));
+        paths
+    }
+
     /// Checks every value against its documented range.
     ///
     /// # Errors

@@ -1,5 +1,7 @@
 //! Writing a changed scene over the text that it was read from, so that comments and layout stay.
 
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use crate::error::Result;
@@ -23,6 +25,19 @@ impl Scene {
         });
         Ok(kept.unwrap_or(plain))
     }
+}
+
+/// A value as scene files have it after `=`, of one line.
+pub fn inline_value<T: DeserializeOwned>(text: &str) -> Option<T> {
+    #[derive(Deserialize)]
+    struct Line<T> {
+        value: T,
+    }
+    if text.contains(['\n', '\r']) {
+        return None;
+    }
+    let line: Line<T> = toml::from_str(&format!("value = {text}")).ok()?;
+    Some(line.value)
 }
 
 /// `text` with the keys of sections changed from `old` to `new`; `None` where it is more than that.

@@ -158,6 +158,7 @@ impl FileKind {
             Foreign("an OBJ file" | "a glTF file (binary)" | "a glTF file (JSON)") => {
                 "`strandlight mesh import` makes a mesh of it for a [[proxy]]"
             }
+            Foreign("a JSON file") => "`strandlight lights import` reads a light set as JSON",
             Foreign(NUMPY_ARCHIVE) => "save its array of strands alone, as .npy",
             Foreign(_) => {
                 let list = extension_list(|format| format.can.reads);

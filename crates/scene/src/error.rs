@@ -75,6 +75,9 @@ pub enum SceneError {
         /// Why not.
         fault: GroupFault,
     },
+    /// Two groups of lights have one name.
+    #[error("group {0} is there twice; name all its lights in one")]
+    GroupTwice(String),
     /// A frame of the motion has other strands than the groom.
     #[error("its strands differ from those of groom.file")]
     FrameStrands,

@@ -1,7 +1,7 @@
 //! Setting one value of a scene by the name that it has in the file.
 
 use serde_json::{Map, Value};
-use strandlight_formats::{CameraSection, Error, HairSection, Scene, did_you_mean};
+use strandlight_formats::{CameraSection, Error, HairSection, Scene, did_you_mean, inline_value};
 
 use crate::camera::Camera;
 
@@ -10,7 +10,7 @@ use crate::camera::Camera;
 #[non_exhaustive]
 pub enum KeyError {
     /// A list has no such entry.
-    #[error("{entry}: the list has {length} entries")]
+    #[error("there is no entry {entry}; the list has {length}")]
     Entry {
         /// The entry asked for.
         entry: String,
@@ -126,7 +126,7 @@ fn take_other_colors(root: &mut Value, kept: &str) {
     }
 }
 
-/// Puts `value` at `path` below `at`; tables on the way are made.
+/// Puts `value` at `path` below `at`; tables and lists on the way are made, and the entry after the last of a list.
 fn replace(at: &mut Value, path: &[&str], value: &Value) -> Result<(), KeyError> {
     let Some((&first, rest)) = path.split_first() else {
         *at = value.clone();
@@ -138,12 +138,15 @@ fn replace(at: &mut Value, path: &[&str], value: &Value) -> Result<(), KeyError>
             Ok(())
         }
         Value::Object(table) => {
-            let empty = || Value::Object(Map::new());
+            let empty = || empty_for(rest);
             replace(table.entry(first).or_insert_with(empty), rest, value)
         }
         Value::Array(list) => {
             let length = list.len();
-            let ix = first.parse().ok().filter(|&ix: &usize| ix < length);
+            if first.parse() == Ok(length) && !value.is_null() {
+                list.push(empty_for(rest));
+            }
+            let ix = first.parse().ok().filter(|&ix: &usize| ix < list.len());
             let ix = ix.ok_or_else(|| KeyError::Entry {
                 entry: first.to_owned(),
                 length,
@@ -154,9 +157,21 @@ fn replace(at: &mut Value, path: &[&str], value: &Value) -> Result<(), KeyError>
     }
 }
 
-/// A value as a person types it: JSON, or else text.
+/// What a path that goes on with `rest` is put into: a list if it begins with a number.
+fn empty_for(rest: &[&str]) -> Value {
+    match rest.first().map(|first| first.parse::<usize>()) {
+        Some(Ok(_)) => Value::Array(Vec::new()),
+        _ => Value::Object(Map::new()),
+    }
+}
+
+/// A value as a person types it: JSON, a table or list as scene files have it, or else text.
 pub fn parse_value(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|_| Value::String(text.to_owned()))
+    let is_toml = text.trim_start().starts_with(['{', '[']);
+    let from_toml = || is_toml.then(|| inline_value(text)).flatten();
+    (serde_json::from_str(text).ok())
+        .or_else(from_toml)
+        .unwrap_or_else(|| Value::String(text.to_owned()))
 }
 
 #[cfg(test)]
@@ -181,7 +196,7 @@ mod tests {
         let scene = set(&scene, "hair.width_deg.tt", json!(4));
         let scene = set(&scene, "hair.modes", json!(["TT"]));
         let scene = set(&scene, "lights.rotate_deg", json!(40));
-        let scene = set(&scene, "lights.adjust", json!([{"light": 3}]));
+        let scene = set(&scene, "lights.adjust.0.light", json!(3));
         let scene = set(&scene, "lights.adjust.0.tint.2", json!(0.5));
         let scene = set(&scene, "render.background", json!("none"));
         let scene = set(
@@ -239,7 +254,17 @@ mod tests {
             ("hair.colour", json!(1.0), "hair.colour: unknown field"),
             ("hair.etta", json!(1.0), "did you mean eta?"),
             ("hair.eta.x", json!(1.0), "hair.eta.x: no such key"),
-            ("hair.sigma_a.3", json!(1.0), "the list has 3 entries"),
+            ("hair.sigma_a.3", json!(1.0), "an array of length 3"),
+            (
+                "hair.sigma_a.5",
+                json!(1.0),
+                "there is no entry 5; the list has 3",
+            ),
+            (
+                "lights.added.1.lambda",
+                json!(0.3),
+                "no entry 1; the list has 0",
+            ),
             ("hair.preset", json!("purple"), "purple"),
             (
                 "camera.position",
@@ -260,5 +285,11 @@ mod tests {
         assert_eq!(parse_value("1.5"), json!(1.5));
         assert_eq!(parse_value("[1, 2]"), json!([1, 2]));
         assert_eq!(parse_value("none"), json!("none"));
+        assert_eq!(
+            parse_value("{ r = -7, tt = 3.5 }"),
+            json!({"r": -7, "tt": 3.5})
+        );
+        assert_eq!(parse_value("[{light = 2}]"), json!([{"light": 2}]));
+        assert_eq!(parse_value("[a"), json!("[a"));
     }
 }

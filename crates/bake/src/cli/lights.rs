@@ -60,7 +60,12 @@ fn run_fit(args: &FitArgs) -> Outcome {
     let outputs = [&args.output].into_iter().chain(&args.report);
     let outputs = outputs.chain(beside.into_iter().flatten());
     let outputs: Vec<&Path> = outputs.map(PathBuf::as_path).collect();
-    check_outputs(&[&args.map], &outputs)?;
+    let hair = args.hair.as_ref().map(Path::new);
+    let inputs: Vec<&Path> = [Some(args.map.as_path()), hair]
+        .into_iter()
+        .flatten()
+        .collect();
+    check_outputs(&inputs, &outputs)?;
     if let Some(preview) = &args.preview {
         check_extension(preview, "png")?;
     }

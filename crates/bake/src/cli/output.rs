@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::json;
-use strandlight_formats::{OutputTarget, check_folder, output_target, write_file};
+use strandlight_formats::{OutputTarget, Scene, check_folder, output_target, write_file};
 
 use super::{Failure, Outcome, note};
 
@@ -114,6 +114,25 @@ pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
     Ok(())
 }
 
+/// Refuses outputs that are a file that `scene` names.
+pub fn check_not_of_scene(scene: &Scene, outputs: &[&Path]) -> Outcome {
+    let files = scene.file_paths();
+    let places: Vec<_> = files.iter().filter_map(|path| place_of(path)).collect();
+    for path in outputs {
+        let is_of_scene = |target: OutputTarget| match target {
+            OutputTarget::File(file) | OutputTarget::Stream(file) => places.contains(&file),
+            OutputTarget::Stdout => false,
+        };
+        if output_target(path).is_ok_and(is_of_scene) {
+            return Err(Failure::file(
+                path,
+                "is a file of the scene; name another output",
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// Where an input lies, without links.
 fn place_of(input: &Path) -> Option<PathBuf> {
     let path = match input == Path::new("-") {
@@ -141,6 +160,11 @@ pub fn output_folder(folder: &Path) -> Outcome {
 
 /// Writes a file whole or not at all, or bytes to a stream.
 pub fn write_output(path: &Path, bytes: &[u8]) -> Outcome {
-    write_file(path, bytes)
-        .map_err(|error| Failure::file(path, format!("cannot be written: {error}")))
+    match write_file(path, bytes) {
+        // Whoever read it has had enough.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe && is_stream(path) => Ok(()),
+        written => {
+            written.map_err(|error| Failure::file(path, format!("cannot be written: {error}")))
+        }
+    }
 }

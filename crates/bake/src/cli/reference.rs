@@ -29,7 +29,8 @@ use strandlight_scene::paint::{PaintKinds, PaintedPoint};
 use strandlight_scene::provenance::Recorder;
 
 use super::{
-    Failure, Outcome, check_extension, check_outputs, is_stream, note, print_line, write_output,
+    Failure, Outcome, check_extension, check_not_of_scene, check_outputs, is_stream, note,
+    print_line, write_output,
 };
 use crate::cli::progress::progress;
 use crate::cli::shard::{self, Shard};
@@ -133,6 +134,41 @@ fn parse_share(text: &str) -> Result<f64, String> {
     }
 }
 
+impl TraceArgs {
+    /// Refuses flags that the method takes no notice of.
+    fn check(&self) -> Outcome {
+        use MethodName::{Directional, Path, RayShoot};
+        let flags = [
+            (
+                "--lights",
+                self.lights.is_some(),
+                &[Directional, RayShoot][..],
+            ),
+            (
+                "--density-forward",
+                self.density_forward.is_some(),
+                &[RayShoot],
+            ),
+            ("--density-back", self.density_back.is_some(), &[RayShoot]),
+            ("--energy-safe", self.energy_safe, &[Path]),
+        ];
+        let ignored = |(_, is_given, methods): &(_, bool, &[MethodName])| {
+            *is_given && !methods.contains(&self.method)
+        };
+        match flags.iter().find(|flag| ignored(flag)) {
+            None => Ok(()),
+            Some((flag, _, methods)) => {
+                let names = methods
+                    .iter()
+                    .map(|method| format!("--method {}", method.method().name()));
+                let names: Vec<String> = names.collect();
+                let what = format!("{flag} is for {}; leave it out", names.join(" and "));
+                Err(Failure::Input(what))
+            }
+        }
+    }
+}
+
 /// Why there is no energy-safe picture of some painted hair.
 const ENERGY_SAFE: &str = "--energy-safe: the groom is painted with widths or shifts, whose fibres \
                            differ in what they lose; leave it out";
@@ -150,6 +186,7 @@ pub fn run(args: &Args) -> Outcome {
 fn trace(args: &TraceArgs) -> Outcome {
     let start = Instant::now();
     let method = args.method.method();
+    args.check()?;
     check_extension(&args.output, "exr")?;
     if args.resume && is_stream(&args.output) {
         let text = "--resume goes on with a file; name one that ends in .exr";
@@ -161,6 +198,7 @@ fn trace(args: &TraceArgs) -> Outcome {
         .collect();
     check_outputs(&inputs, &[&args.output])?;
     let scene = Scene::read(&args.scene).map_err(Failure::input)?;
+    check_not_of_scene(&scene, &[&args.output])?;
     let size = args.size.unwrap_or(scene.render.size);
     check_target(size).map_err(|error| Failure::file(&args.scene, error))?;
     let prepared = PreparedScene::load_at(&scene, args.time)

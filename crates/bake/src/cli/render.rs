@@ -19,7 +19,7 @@ use strandlight_scene::files::Files;
 use strandlight_scene::provenance::Recorder;
 use strandlight_scene::{PreparedScene, SceneError};
 
-use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
+use super::{Failure, Outcome, check_not_of_scene, check_outputs, note, print_line, write_output};
 use crate::cli::progress::progress;
 use args::{Format, format_of};
 use report::{inputs, report};
@@ -43,6 +43,7 @@ pub fn run(args: &Args) -> Outcome {
             session.scene().clone()
         }
     };
+    check_not_of_scene(&scene, &[&args.output])?;
     super::groom::note_doubts(&scene);
     let size = args.size.unwrap_or(scene.render.size);
     let samples = args.samples.unwrap_or(scene.render.samples);

@@ -123,12 +123,13 @@ impl<'a> Fitter<'a> {
     /// # Errors
     /// The map has no light.
     pub fn new(map: &'a Map, seed: u64) -> Result<Fitter<'a>, FitError> {
+        let n_pixels = map.width() * map.height();
         let map = map.subdivided(COLUMNS);
         let energy = map.energy();
         let total: f64 = energy.iter().sum();
         if total == 0.0 {
             return Err(FitError::NoLight {
-                pixels: map.width() * map.height(),
+                pixels: n_pixels,
                 faults: map.faults(),
             });
         }

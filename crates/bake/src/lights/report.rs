@@ -6,6 +6,8 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 use strandlight_formats::{FitReport, LightSet, SrbfLight};
 
+use strandlight_scene::volume::power;
+
 use super::cells::{COLUMNS, Cell, NARROW, light_cells, map_cells, radiance};
 use super::response::{FibreJudge, Response, relative_rms, squares};
 use super::sphere::{dot, fibonacci, normalize};
@@ -80,10 +82,16 @@ impl<'a> Judge<'a> {
     /// The figures of a set, and a map beside it, but for `rel_l2`.
     pub fn figures(&self, lights: &LightSet, beside: Option<&Map>) -> FitReport {
         let mut cells = light_cells(lights);
-        if let Some(map) = beside {
-            cells.extend(map_cells(&map.subdivided(COLUMNS)));
+        // Of lights in closed form: cells of those between narrow and wide are coarse near the poles.
+        let mut set = [0.0; 3];
+        for light in &lights.lights {
+            set = add(set, power(light));
         }
-        let set = energy(&cells);
+        if let Some(map) = beside {
+            let beside = map_cells(&map.subdivided(COLUMNS));
+            set = add(set, energy(&beside));
+            cells.extend(beside);
+        }
         let energy_ratio = [0, 1, 2].map(|c| {
             if set[c] == self.energy[c] {
                 1.0
@@ -117,6 +125,10 @@ impl<'a> Judge<'a> {
             irradiance: relative_rms(&sums),
         }
     }
+}
+
+fn add(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 fn energy(cells: &[Cell]) -> [f64; 3] {

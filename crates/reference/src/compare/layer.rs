@@ -315,7 +315,10 @@ fn decode_exr(bytes: &[u8], name: Option<&str>) -> Result<Layer, LayerError> {
             None => vec![1.0; width * height],
         },
     );
-    layer.variance = variance.map(|_| triple(after_alpha));
+    // That of a single sample is all 0: it tells nothing.
+    layer.variance = variance
+        .map(|_| triple(after_alpha))
+        .filter(|variance| variance.iter().any(|of| *of != [0.0; 3]));
     Ok(layer)
 }
 

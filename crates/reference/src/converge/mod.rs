@@ -239,7 +239,7 @@ impl Convergence {
         let sum = |values: [f32; 3]| values.map(f64::from).iter().sum::<f64>();
         let of_pixels = self.pixels.iter().zip(&self.scales).zip(&self.sums);
         let noise = of_pixels.map(|((&pixel, &scale), sums)| {
-            let (_, variance) = sums.mean_and_variance();
+            let (_, variance) = self.mean_and_variance(pixel, sums);
             Noise {
                 pixel,
                 scale: sum(scale),
@@ -260,7 +260,7 @@ impl Convergence {
         let mut picture = self.over_background();
         let mut variances = vec![[0.0; 3]; picture.rgba.len()];
         for (&pixel, sums) in self.pixels.iter().zip(&self.sums) {
-            let (mean, variance) = sums.mean_and_variance();
+            let (mean, variance) = self.mean_and_variance(pixel, sums);
             let rgba = &mut picture.rgba[pixel as usize];
             for (value, mean) in rgba.iter_mut().zip(mean) {
                 *value += mean;
@@ -287,7 +287,7 @@ impl Convergence {
         }
         let known = self.pixels.iter().zip(&self.sums).zip(&self.scales);
         let known = known.map(|((&pixel, sums), &scale)| {
-            let (correction, variance) = sums.mean_and_variance();
+            let (correction, variance) = self.mean_and_variance(pixel, sums);
             let cell = Cell {
                 correction,
                 variance,
@@ -332,8 +332,8 @@ impl Convergence {
     /// Degrees of freedom of the pixels' variances, those of most of the noise.
     fn freedom(&self) -> f32 {
         let [mut sum, mut of] = [0.0; 2];
-        for sums in &self.sums {
-            let (_, variance) = sums.mean_and_variance();
+        for (&pixel, sums) in self.pixels.iter().zip(&self.sums) {
+            let (_, variance) = self.mean_and_variance(pixel, sums);
             let variance: f32 = variance.iter().sum();
             let freedom = sums.n_samples.clamp(2, N_SEQUENCES) - 1;
             sum += f64::from(variance) * f64::from(freedom);
@@ -343,6 +343,27 @@ impl Convergence {
             true => (sum / of) as f32,
             false => 1.0,
         }
+    }
+
+    /// The mean of the differences of a pixel, and the variance of that mean. Samples that all miss the hair differ in
+    /// nothing, which is no certainty: then the variance is that of the fast picture's coverage.
+    fn mean_and_variance(&self, pixel: u32, sums: &Sums) -> ([f32; 3], [f32; 3]) {
+        /// Share of the square of the mean that is rounding.
+        const ROUNDING: f32 = 1e-9;
+        let (mean, variance) = sums.mean_and_variance();
+        let mut channels = mean.iter().zip(&variance);
+        if !channels.all(|(mean, variance)| *variance <= ROUNDING * mean * mean) {
+            return (mean, variance);
+        }
+        let [r, g, b, alpha] = self.fast.rgba[pixel as usize];
+        let behind = self.behind[pixel as usize].unwrap_or_default();
+        let odds = (1.0 - alpha).max(0.0) / alpha.max(f32::MIN_POSITIVE);
+        let n = sums.n_samples.max(1) as f32;
+        let of_channel = |c: usize| {
+            let between = [r, g, b][c] - alpha * behind[c];
+            odds * between * between / n
+        };
+        (mean, [0, 1, 2].map(of_channel))
     }
 
     /// The fast picture over what is behind it.

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use strandlight_bake::manifest::{Farm, Job, farm_job};
 
+use super::check_beside;
 use super::exit::write;
 use super::items::read;
-use crate::cli::{Failure, Outcome, check_outputs};
+use crate::cli::{Failure, Outcome};
 
 /// Items of a shard, where their number is not given: minutes of work, not seconds.
 const ITEMS_A_SHARD: usize = 100;
@@ -65,8 +66,8 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    check_outputs(&[&args.manifest], &[&args.output])?;
     let (_, items) = read(&args.manifest)?;
+    check_beside(&args.manifest, &items, &[&args.output])?;
     let farm = match (args.slurm, args.openjd, args.k8s) {
         (true, _, _) => Farm::Slurm,
         (_, true, _) => Farm::OpenJd,

@@ -6,9 +6,10 @@ use serde_json::Value;
 use strandlight_bake::manifest::{html, index};
 use strandlight_formats::read_file;
 
+use super::check_beside;
 use super::exit::write;
 use super::items::{judge_all, read};
-use crate::cli::{Failure, Outcome, check_outputs, is_stream, print_line};
+use crate::cli::{Failure, Outcome, is_stream, print_line};
 
 /// Longest report that is compared with, bytes.
 const MAX_BYTES: u64 = 1 << 30;
@@ -30,11 +31,11 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let outputs: Vec<&Path> = args.output.iter().map(PathBuf::as_path).collect();
-    check_outputs(&[&args.manifest], &outputs)?;
     let formats = outputs.iter().map(|path| Ok((*path, is_page(path)?)));
     let formats: Vec<(&Path, bool)> = formats.collect::<Result<_, Failure>>()?;
     let before = args.since.as_deref().map(read_report).transpose()?;
     let (_, items) = read(&args.manifest)?;
+    check_beside(&args.manifest, &items, &outputs)?;
     let judged = judge_all(&items);
     let document = index(&judged, before.as_ref());
     for (path, is_page) in formats {

@@ -7,13 +7,14 @@ use serde_json::{Value, json};
 use strandlight_bake::manifest::{self, Cache, Item, RunOptions, Summary, depfile};
 use strandlight_scene::progress::timed;
 
+use super::check_beside;
 use super::events::{Events, Teller};
 use super::exit::{in_exit_codes, write};
 use super::items::{judge_all, read, rows};
 use super::kinds::Kitchen;
 use crate::cli::progress::progress;
 use crate::cli::shard::{Shard, ShardArg};
-use crate::cli::{Failure, Outcome, check_outputs, print_line};
+use crate::cli::{Failure, Outcome, print_line};
 
 #[derive(clap::Args)]
 pub struct RunArgs {
@@ -78,8 +79,11 @@ pub fn run(args: &RunArgs) -> Outcome {
     let Some(path) = &args.manifest else {
         return Ok(());
     };
-    let (manifest, items) = read(path)?;
-    let items = share(items, args.shard.shard.unwrap_or(Shard::WHOLE));
+    let (manifest, all) = read(path)?;
+    let outputs = [&args.depfile, &args.events, &args.timings];
+    let outputs = outputs.into_iter().flatten().map(PathBuf::as_path);
+    check_beside(path, &all, &outputs.collect::<Vec<_>>())?;
+    let items = share(all, args.shard.shard.unwrap_or(Shard::WHOLE));
     if args.dry_run {
         return dry_run(&items, args);
     }
@@ -87,13 +91,6 @@ pub fn run(args: &RunArgs) -> Outcome {
         let message = "--progress and --events - both write to standard output";
         return Err(Failure::Input(message.to_owned()));
     }
-    let outputs = [&args.depfile, &args.events, &args.timings];
-    let outputs: Vec<&Path> = outputs
-        .into_iter()
-        .flatten()
-        .map(PathBuf::as_path)
-        .collect();
-    check_outputs(&[path], &outputs)?;
     // Before the work: a name that it cannot hold is told at once.
     let depfile = args.depfile.as_ref().map(|path| {
         let text = depfile(&manifest, &items, args.depfile_target.as_deref());

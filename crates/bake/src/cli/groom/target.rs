@@ -135,14 +135,14 @@ impl Target {
 fn check_ending(path: &Path, format: &dyn GroomFormat, extension: &str) -> Outcome {
     let info = format.info();
     let is = |end: &&str| end.eq_ignore_ascii_case(extension);
-    match info.extensions[1..].iter().any(is) {
-        true => {
-            let end = info.extensions[0];
-            let what = format!("{} is written as .{end}; name it so", info.name);
-            Err(Failure::file(path, what))
-        }
-        false => Ok(()),
+    let is_groom = extension.eq_ignore_ascii_case("groom");
+    let is_of_another = is_groom || groom_format_for(extension).is_some();
+    if info.extensions[..1].iter().any(is) || !is_of_another {
+        return Ok(());
     }
+    let end = info.extensions[0];
+    let what = format!("{} is written as .{end}; name it so", info.name);
+    Err(Failure::file(path, what))
 }
 
 /// The format that `preset` has a file of this ending in.

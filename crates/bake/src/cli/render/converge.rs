@@ -82,6 +82,11 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
         let of_picture = (start.elapsed() - traced).as_secs_f64();
         (converged, [of_one, of_picture])
     });
+    if converged.relative_error.is_nan() {
+        let what =
+            "the light of the picture is beyond the range of its numbers; lower lights.intensity";
+        return Err(Failure::file(&args.scene, what));
+    }
 
     let picture = &converged.picture;
     let until: Vec<String> = args.until.iter().map(Until::to_string).collect();
@@ -178,7 +183,9 @@ fn pursue(
                 100.0 * converged.relative_error
             ));
         }
-        if done >= 1.0 || converged.samples >= most {
+        // Light that overflows stays so.
+        let is_finite = !converged.relative_error.is_nan();
+        if done >= 1.0 || converged.samples >= most || !is_finite {
             progress.finish();
             return converged;
         }

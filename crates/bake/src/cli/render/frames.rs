@@ -16,7 +16,8 @@ use strandlight_scene::{Backend, Picture, RenderError};
 use super::args::{Args, Format, format_of};
 use crate::cli::shard::Shard;
 use crate::cli::{
-    Failure, Outcome, check_outputs, groom, note, output_folder, print_line, write_output,
+    Failure, Outcome, check_not_of_scene, check_outputs, groom, note, output_folder, print_line,
+    write_output,
 };
 
 /// Renders the frames that the command line asks for into the folder that is the output.
@@ -51,6 +52,7 @@ pub fn run(args: &Args) -> Outcome {
         .map(PathBuf::as_path)
         .collect();
     check_outputs(&inputs, &outputs)?;
+    check_not_of_scene(session.scene(), &outputs)?;
     groom::note_doubts(session.scene());
     let out = Out {
         folder,

@@ -40,7 +40,7 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
     let data: Vec<&Layer> = all.filter(|layer| data.contains(layer)).collect();
     let specs = specs(&prepared, &splits, &args.light_group).map_err(Failure::input)?;
     let mut backend = args.on_backend(|open| {
-        let mut backend = open(measured(&prepared))?;
+        let mut backend = open(measured(&prepared, &specs))?;
         // Layers share what they are drawn into.
         backend.set_size(size)?;
         Ok(backend)
