@@ -465,6 +465,19 @@ fn what_cannot_be_is_refused() {
             &["group b", "light 0", "two groups"],
         ),
         (
+            &[
+                "-o",
+                "a.exr",
+                "--aov",
+                "lights",
+                "--light-group",
+                "a=0",
+                "--light-group",
+                "a=1",
+            ],
+            &["group a", "twice"],
+        ),
+        (
             &["-o", "a.exr", "--aov", "lights", "--light-group", "rest=0"],
             &["rest"],
         ),

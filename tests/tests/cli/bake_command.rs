@@ -447,6 +447,33 @@ fn outputs_that_cannot_be_written_are_named_before_the_work() {
 
 #[cfg(target_os = "linux")]
 #[test]
+fn files_of_the_manifest_are_not_written_over() {
+    let folder = project(GROOMS, 1);
+    let at = folder.path();
+    done(at, "bake bake.toml");
+    let before = tree(at);
+    for option in ["--timings", "--depfile", "--events"] {
+        refused(
+            at,
+            &format!("bake bake.toml {option} hair/h0.hair"),
+            &["h0.hair", "is an input"],
+        );
+        refused(
+            at,
+            &format!("bake bake.toml {option} out/h0.groom"),
+            &["h0.groom", "output of the manifest"],
+        );
+    }
+    refused(
+        at,
+        "bake plan bake.toml --commands -o hair/h0.hair",
+        &["h0.hair", "is an input"],
+    );
+    refused(at, "bake report bake.toml -o out/h0.groom", &["h0.groom"]);
+    assert_eq!(tree(at), before);
+}
+
+#[test]
 fn full_disks_are_worth_another_try() {
     let folder = project(GROOMS, 2);
     let at = folder.path();

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::Output;
 
 use serde_json::Value;
+use strandlight_formats::{Background, CameraSection};
 use strandlight_reference::compare::{Layer, compare};
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 use strandlight_tests::{assert_done, strandlight};
@@ -206,4 +207,35 @@ fn slow_errors_are_measured_by_seeds() {
     text.current_dir(at)
         .args("bench converge a.toml --samples 2 --truth-samples 20 --seeds 1".split(' '));
     assert_done(&mut text);
+}
+
+/// Samples of a strand far thinner than a pixel all miss it at first: that says nothing.
+#[test]
+fn a_lone_strand_stays_until_samples_have_met_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    write_small_scene(at, &curtain(1, 8, 0.1, 4.0), key_and_sky(), |scene| {
+        scene.hair.diameter_cm = Some(0.01);
+        scene.render.size = [72, 48];
+        scene.render.background = Background::None;
+        scene.camera = Some(CameraSection::new([0.0, 0.0, 60.0], [0.0; 3]));
+    });
+    assert!(
+        output(at, "render a.toml --backend cpu --quiet -o fast.exr")
+            .status
+            .success()
+    );
+    let sum = |name: &str| -> f64 {
+        let layer = Layer::read(&at.join(name), None).expect("a picture");
+        layer.rgb.iter().flatten().map(|x| f64::from(*x)).sum()
+    };
+    for seed in 0..3 {
+        let report = json(at, &format!("{CONVERGE} c.exr --until 2 --seed {seed}"));
+        let error = report["converge"]["relative_error"]
+            .as_f64()
+            .expect("a number");
+        assert!(error > 0.3, "{seed}: {error}");
+        let left = sum("c.exr") / sum("fast.exr");
+        assert!((0.6..1.6).contains(&left), "{seed}: {left}");
+    }
 }

@@ -340,6 +340,21 @@ fn check_finds_faults_and_says_which_strand() {
 }
 
 #[test]
+fn a_name_promises_no_other_format() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    done(at, "groom generate --style bob --strands 5 -o a.groom");
+    for line in [
+        "groom convert a.groom -o b.groom --format usd",
+        "groom convert a.groom -o b.abc --format usd",
+        "export a.groom -o b.groom --format hair",
+    ] {
+        refused(at, line, &["is written as"]);
+    }
+    done(at, "groom convert a.groom -o b.other --format usd");
+}
+
+#[test]
 fn stats_are_measured() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();

@@ -313,6 +313,31 @@ fn pipes_are_read_and_written() {
 }
 
 #[test]
+fn files_of_a_scene_are_no_outputs() {
+    let folder = samples();
+    let at = folder.path();
+    let groom = read(at, "a.groom");
+    symlink("a.groom", at.join("link.png")).expect("linked");
+    fs::create_dir(at.join("frames")).expect("made");
+    symlink("../a.lights", at.join("frames/0000.exr")).expect("linked");
+    for line in [
+        "render a.toml -o link.png --size 8x8",
+        "render a.toml --turntable 1 -o frames --size 8x8",
+        "reference a.toml --method path -o link.exr --size 8x8",
+    ] {
+        let _ = fs::remove_file(at.join("link.exr"));
+        symlink("a.groom", at.join("link.exr")).expect("linked");
+        refused(at, line, &["is a file of the scene"]);
+    }
+    refused(
+        at,
+        "lights a.exr -o b.lights --hair a.toml --timings a.toml",
+        &["a.toml", "is an input"],
+    );
+    assert!(read(at, "a.groom") == groom);
+}
+
+#[test]
 fn inputs_that_never_end_are_refused() {
     let folder = samples();
     let at = folder.path();

@@ -9,6 +9,7 @@ use strandlight_formats::{
     SrbfLight,
 };
 use strandlight_images::Map;
+use strandlight_reference::compare::{Layer, compare};
 use strandlight_scene::paint::{Paint, PaintedPoint};
 use strandlight_tests::scenes::{curtain, key_and_sky, write_scene, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, strandlight};
@@ -75,6 +76,48 @@ fn every_method_writes_layers_and_can_be_gone_on_with() {
 }
 
 /// Seeds, pixels and samples decide all: parts make the file that one run makes, byte by byte.
+#[test]
+fn flags_that_a_method_ignores_are_told() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    scene_in(folder.path());
+    for (args, flag) in [
+        ("--method path --lights 5", "--lights"),
+        (
+            "--method directional --density-forward 1",
+            "--density-forward",
+        ),
+        ("--method ray-shoot --energy-safe", "--energy-safe"),
+    ] {
+        let args = format!("a.toml {args} --samples 1 -o a.exr");
+        let output = reference(folder.path(), &args).output().expect("it starts");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{args}: {stderr}");
+        let told = format!("{flag} has no effect with --method");
+        assert!(stderr.contains(&told), "{args}: {stderr}");
+    }
+}
+
+#[test]
+fn one_sample_says_nothing_of_its_noise() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    for samples in [1, 2] {
+        let args = format!("a.toml --method path --samples {samples} -o {samples}.exr");
+        assert_done(&mut reference(at, &args));
+    }
+    let noise = |b: &str| {
+        let [a, b] =
+            [at.join("2.exr"), at.join(b)].map(|path| Layer::read(&path, None).expect("a picture"));
+        compare(&a, &b)
+            .expect("comparable")
+            .hair
+            .relative_rmse_noise
+    };
+    assert_eq!(noise("1.exr"), None);
+    assert!(noise("2.exr").is_some_and(|noise| noise > 0.0));
+}
+
 #[test]
 fn samples_are_added_to_a_file_or_start_one() {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -160,11 +160,6 @@ pub fn output_folder(folder: &Path) -> Outcome {
 
 /// Writes a file whole or not at all, or bytes to a stream.
 pub fn write_output(path: &Path, bytes: &[u8]) -> Outcome {
-    match write_file(path, bytes) {
-        // Whoever read it has had enough.
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe && is_stream(path) => Ok(()),
-        written => {
-            written.map_err(|error| Failure::file(path, format!("cannot be written: {error}")))
-        }
-    }
+    write_file(path, bytes)
+        .map_err(|error| Failure::file(path, format!("cannot be written: {error}")))
 }

@@ -135,8 +135,8 @@ fn parse_share(text: &str) -> Result<f64, String> {
 }
 
 impl TraceArgs {
-    /// Refuses flags that the method takes no notice of.
-    fn check(&self) -> Outcome {
+    /// Says which flags the method takes no notice of.
+    fn note_ignored(&self) {
         use MethodName::{Directional, Path, RayShoot};
         let flags = [
             (
@@ -152,18 +152,10 @@ impl TraceArgs {
             ("--density-back", self.density_back.is_some(), &[RayShoot]),
             ("--energy-safe", self.energy_safe, &[Path]),
         ];
-        let ignored = |(_, is_given, methods): &(_, bool, &[MethodName])| {
-            *is_given && !methods.contains(&self.method)
-        };
-        match flags.iter().find(|flag| ignored(flag)) {
-            None => Ok(()),
-            Some((flag, _, methods)) => {
-                let names = methods
-                    .iter()
-                    .map(|method| format!("--method {}", method.method().name()));
-                let names: Vec<String> = names.collect();
-                let what = format!("{flag} is for {}; leave it out", names.join(" and "));
-                Err(Failure::Input(what))
+        for (flag, is_given, methods) in flags {
+            if is_given && !methods.contains(&self.method) {
+                let method = self.method.method().name();
+                note!("{flag} has no effect with --method {method}");
             }
         }
     }
@@ -186,7 +178,7 @@ pub fn run(args: &Args) -> Outcome {
 fn trace(args: &TraceArgs) -> Outcome {
     let start = Instant::now();
     let method = args.method.method();
-    args.check()?;
+    args.note_ignored();
     check_extension(&args.output, "exr")?;
     if args.resume && is_stream(&args.output) {
         let text = "--resume goes on with a file; name one that ends in .exr";

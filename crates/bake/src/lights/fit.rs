@@ -512,6 +512,23 @@ mod tests {
         }
     }
 
+    /// Cells of a light of some degrees at a pole are too coarse for its energy.
+    #[test]
+    fn energy_at_a_pole_is_told_as_it_is() {
+        let map = map_of(512, |d| {
+            [if d[1] > 5.0_f64.to_radians().cos() {
+                2000.0
+            } else {
+                0.2
+            }; 3]
+        });
+        let fitted = fit_in_silence(&map, 3);
+        let report = evaluate(&fitted.lights, &map);
+        for ratio in report.energy_ratio {
+            assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
+        }
+    }
+
     #[test]
     fn slow_many_lights_and_odd_maps() {
         let noise = map_of(64, |d| {
