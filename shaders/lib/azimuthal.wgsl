@@ -7,7 +7,7 @@
 // Sum over the lobes of amplitude times product with the light; sin_half and cos_half of half the
 // azimuth from the lobes' common centre to the light.
 fn azimuthal_lobes(kappa: f32, sin_half: f32, cos_half: f32, lobes: Lobes) -> vec3f {
-    let angles = lobe_angles_to(lobes, sin_half, cos_half);
+    let angles = angles_to(lobes, sin_half, cos_half);
     let kappas = angles.kappa;
     let near = angles.near;
     let far = angles.far;

@@ -67,7 +67,7 @@ fn half_circle_r(b: CShares, at: Inclination, reflectance: Reflectance) -> f32 {
 // Sum over the lobes of amplitude times share within the half circle; sin_half and cos_half of
 // half the azimuth from the lobes' common centre to the middle of the half circle.
 fn half_circle_lobes(sin_half: f32, cos_half: f32, lobes: Lobes) -> vec3f {
-    let angles = lobe_angles_to(lobes, sin_half, cos_half);
+    let angles = angles_to(lobes, sin_half, cos_half);
     let kappas = angles.kappa;
     let near = angles.near;
     let far = angles.far;

@@ -34,7 +34,7 @@ struct LobeAngles {
 }
 
 // sin_half and cos_half of half the azimuth from the lobes' common centre to the direction.
-fn lobe_angles_to(lobes: Lobes, sin_half: f32, cos_half: f32) -> LobeAngles {
+fn angles_to(lobes: Lobes, sin_half: f32, cos_half: f32) -> LobeAngles {
     let middle = sin_half * lobes.cos_half;
     let apart = cos_half * lobes.sin_half;
     return LobeAngles(2.0 / (lobes.lambda * lobes.lambda), middle - apart, middle + apart);

@@ -24,13 +24,12 @@ use strandlight_scene::{Picture, PreparedScene, Stats};
 use super::radiance::RadianceBefore;
 use super::unblocked::Unblocked;
 
-use parts::{Painted, ProxyLight, Quality, Shaded};
+use parts::{Painted, Picturing, ProxyLight, Quality, Shaded};
 use shading::needs_tables;
 pub(super) use stage::Edit;
 use stage::Stage;
 use stages::can_be_everywhere;
 pub(super) use state::Frame;
-use state::Picturing;
 
 impl Frame {
     /// Nothing yet of `scene`, whose amplitudes share out the maps.

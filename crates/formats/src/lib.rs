@@ -148,12 +148,12 @@ pub use scene_lights::{AddedLight, LightAdjust, LightsSection, MAX_ADDED_LIGHTS}
 pub use scene_motion::{MotionSection, WindSection};
 pub use scene_proxy::{MAX_PROXIES, ProxySection};
 #[doc(hidden)]
-#[doc(hidden)]
 pub use scene_text::inline_value;
 pub use scene_variation::VariationSection;
 pub use sniff::FileKind;
 #[doc(hidden)]
 pub use sniff::SNIFF_BYTES;
+#[doc(hidden)]
 pub use suggest::{did_you_mean, nearest};
 pub use table_file::TableReader;
 pub use tables::{Axis, Table, TableFile, TableHeader, TableInfo};

@@ -50,7 +50,9 @@ fn display(tone_map: &str, lut: Option<PathBuf>, lut_input: &str) -> Outcome<Dis
     let input = LutInput::ALL.into_iter().find(|it| it.name() == lut_input);
     let input = input.ok_or_else(|| {
         let names = LutInput::ALL.map(LutInput::name).join(", ");
-        Fault::value(format!("lut_input is {lut_input:?}, must be one of {names}"))
+        Fault::value(format!(
+            "lut_input is {lut_input:?}, must be one of {names}"
+        ))
     })?;
     let cube = Arc::new(Cube::read(&path)?);
     Ok(DisplayTransform::Lut(Lut { cube, input }))

@@ -57,7 +57,8 @@ impl Tables {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Tables> {
         work::run(py, progress, |watch| {
-            let term = (fresnel.parse()).map_err(|error: UnknownFresnel| Fault::value(error.to_string()))?;
+            let term = (fresnel.parse())
+                .map_err(|error: UnknownFresnel| Fault::value(error.to_string()))?;
             let file = bake_tables(term, &watch.steps(N_STEPS));
             Ok(Tables::new(if is_lean { lean(file) } else { file }))
         })

@@ -126,7 +126,7 @@ fn take_other_colors(root: &mut Value, kept: &str) {
     }
 }
 
-/// Puts `value` at `path` below `at`; tables and lists on the way are made, and the entry after the last of a list.
+/// Puts `value` at `path` below `at`; tables and lists on the way are made, and the entry after the last of a list of tables.
 fn replace(at: &mut Value, path: &[&str], value: &Value) -> Result<(), KeyError> {
     let Some((&first, rest)) = path.split_first() else {
         *at = value.clone();
@@ -143,7 +143,8 @@ fn replace(at: &mut Value, path: &[&str], value: &Value) -> Result<(), KeyError>
         }
         Value::Array(list) => {
             let length = list.len();
-            if first.parse() == Ok(length) && !value.is_null() {
+            // Lists of tables grow; those of numbers are as long as they are.
+            if first.parse() == Ok(length) && !rest.is_empty() && !value.is_null() {
                 list.push(empty_for(rest));
             }
             let ix = first.parse().ok().filter(|&ix: &usize| ix < list.len());
@@ -254,7 +255,7 @@ mod tests {
             ("hair.colour", json!(1.0), "hair.colour: unknown field"),
             ("hair.etta", json!(1.0), "did you mean eta?"),
             ("hair.eta.x", json!(1.0), "hair.eta.x: no such key"),
-            ("hair.sigma_a.3", json!(1.0), "an array of length 3"),
+            ("hair.sigma_a.3", json!(1.0), "no entry 3; the list has 3"),
             (
                 "hair.sigma_a.5",
                 json!(1.0),

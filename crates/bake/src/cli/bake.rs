@@ -9,14 +9,7 @@ mod report;
 mod run;
 mod status;
 
-use std::collections::HashSet;
-use std::path::{Path, PathBuf};
-
-use strandlight_formats::output_target;
-
-use strandlight_bake::manifest::Item;
-
-use super::{Failure, Outcome, check_outputs};
+use super::Outcome;
 
 /// Make what a manifest asks for, and only what has changed
 ///
@@ -49,30 +42,4 @@ pub fn run(args: &Args) -> Outcome {
         Some(Command::Plan(args)) => plan::run(args),
         None => run::run(&args.run),
     }
-}
-
-/// Refuses, before any work is done, outputs beside those of the items of a manifest that cannot be written or that
-/// are a file of the manifest.
-fn check_beside(manifest: &Path, items: &[Item], outputs: &[&Path]) -> Outcome {
-    let inputs: Vec<PathBuf> = items.iter().filter_map(Item::input_path).collect();
-    let inputs = inputs.iter().map(PathBuf::as_path);
-    let inputs: Vec<&Path> = inputs.chain(std::iter::once(manifest)).collect();
-    check_outputs(&inputs, outputs)?;
-    if outputs.is_empty() {
-        return Ok(());
-    }
-    let made = items.iter().flat_map(|item| {
-        let outputs = item.outputs.iter();
-        outputs.filter_map(|output| output_target(&item.resolve(&output.path)).ok())
-    });
-    let made: HashSet<_> = made.collect();
-    for path in outputs {
-        if output_target(path).is_ok_and(|target| made.contains(&target)) {
-            return Err(Failure::file(
-                path,
-                "is an output of the manifest; name another file",
-            ));
-        }
-    }
-    Ok(())
 }

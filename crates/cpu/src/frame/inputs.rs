@@ -13,7 +13,7 @@ use super::super::through_shares::{Maps, Through};
 use super::super::unblocked::Unblocked;
 use super::super::visible::VisiblePoints;
 use super::parts::Lights;
-use super::state::Picturing;
+use super::parts::Picturing;
 
 /// Of one picture.
 pub(super) struct Inputs<'a> {

@@ -1,11 +1,13 @@
-//! What stages keep: their results and work under way.
+//! What a picture is made of: the scene as stages read it, their results and work under way.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scattering::wide::Peaks;
-use strandlight_scene::beside::{HeightMaps, Places};
+use strandlight_scene::PreparedScene;
+use strandlight_scene::beside::{Beside, HeightMaps, Places};
+use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::paint::PaintedPoint;
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::ShadowPlan;
@@ -14,6 +16,15 @@ use super::super::proxies::Proxies;
 use super::super::proxy_light::Surfaces;
 use super::super::radiance::Radiance;
 use super::super::shade::Counts;
+
+/// What all stages of a picture read.
+pub(super) struct Picturing<'a> {
+    pub scene: &'a PreparedScene,
+    pub view: ViewUniform,
+    pub beside: Beside,
+    /// Shows what can be had soon first.
+    pub has_drafts: bool,
+}
 
 /// How far radiance is that of the complete picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,7 +12,8 @@ use super::super::list::{Entry, Tile, VisibilityList};
 use super::super::proxies::Proxies;
 use super::super::radiance::{Radiance, profile_factors};
 use super::super::transmittance::mix;
-use super::state::{Frame, Picturing};
+use super::parts::Picturing;
+use super::state::Frame;
 
 impl Frame {
     /// Linear radiance and coverage, row by row, as far as they are found.

@@ -11,8 +11,8 @@ use super::super::proxies::Proxies;
 use super::super::radiance::Radiance;
 use super::super::shade::Counts;
 use super::inputs::{Inputs, maps_of, tables_for};
-use super::parts::{Bounced, Quality, Shaded, Shading};
-use super::state::{Frame, Picturing};
+use super::parts::{Bounced, Picturing, Quality, Shaded, Shading};
+use super::state::Frame;
 
 impl Frame {
     pub(super) fn shade(&mut self, picturing: &Picturing) {

@@ -22,8 +22,8 @@ use super::super::transmittance::find_records;
 use super::super::unblocked::{Casting, Unblocked};
 use super::super::visible::VisiblePoints;
 use super::super::voxelise::Voxelising;
-use super::parts::{ProxyLight, Quality, Records};
-use super::state::{Frame, Picturing};
+use super::parts::{Picturing, ProxyLight, Quality, Records};
+use super::state::Frame;
 
 /// Shares at all points are kept if they have at most this many bytes.
 const MAX_SHARE_BYTES: usize = 256 << 20;

@@ -1,11 +1,9 @@
-//! What a picture is made of: the scene as stages read it, and what they keep.
+//! What the stages of a picture keep.
 
 use strandlight_scattering::closed_form::WidthProfile;
 use strandlight_scattering::multiple_tables::MultipleTables;
-use strandlight_scene::beside::Beside;
-use strandlight_scene::camera::ViewUniform;
+use strandlight_scene::Stats;
 use strandlight_scene::volume::Grid;
-use strandlight_scene::{PreparedScene, Stats};
 
 use super::super::bounce::{BounceLight, BounceRays};
 use super::super::list::{Listing, VisibilityList};
@@ -17,15 +15,6 @@ use super::super::visible::VisiblePoints;
 use super::super::voxelise::Voxelising;
 use super::parts::{Lights, Painted, ProxyLight, Records, Shaded, Shading};
 use super::plain::PlainPoints;
-
-/// What all stages of a picture read.
-pub(super) struct Picturing<'a> {
-    pub(super) scene: &'a PreparedScene,
-    pub(super) view: ViewUniform,
-    pub(super) beside: Beside,
-    /// Shows what can be had soon first.
-    pub(super) has_drafts: bool,
-}
 
 /// The stages' results, as far as they are up to date, and the stage under way.
 #[derive(Default)]

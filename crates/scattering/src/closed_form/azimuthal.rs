@@ -3,7 +3,7 @@
 
 use super::circular_gaussian::lobe_integral;
 use super::frame::Lag;
-use super::lobes::{LobeAngles, Lobes};
+use super::lobes::{LobeAngles, Lobes, angles_to};
 
 /// Sum over the lobes of amplitude times [`lobe_integral`], per channel; `sin_half` and
 /// `cos_half` of half the azimuth from the lobes' common centre to the light.
@@ -12,7 +12,7 @@ fn azimuthal_lobes(kappa: f32, sin_half: f32, cos_half: f32, lobes: &Lobes) -> [
         kappa: [kappa_0, kappa_1, kappa_2],
         near: [near_1, near_2],
         far: [far_1, far_2],
-    } = lobes.angles_to(sin_half, cos_half);
+    } = angles_to(lobes, sin_half, cos_half);
     let p_0 = lobe_integral(kappa, kappa_0, sin_half * sin_half);
     let p_1 = lobe_integral(kappa, kappa_1, near_1 * near_1)
         + lobe_integral(kappa, kappa_1, far_1 * far_1);

@@ -150,11 +150,6 @@ impl Fibre {
             ..self
         }
     }
-
-    /// The fibre with another absorption, as painted hair has.
-    pub fn with_sigma_a(self, sigma_a: [f32; 3]) -> Fibre {
-        Fibre { sigma_a, ..self }
-    }
 }
 
 /// Scale of [`Fibre::further`] over sqrt(eta^2 - 1): what many reflections keep of next to no absorption

@@ -9,7 +9,7 @@ use crate::table_layout::C_DEGREE;
 
 use super::azimuthal_r::{Reflectance, reflected};
 use super::frame::{Inclination, Lag};
-use super::lobes::{LobeAngles, Lobes};
+use super::lobes::{LobeAngles, Lobes, angles_to};
 use super::special::{bessel_i0e_fast, erf_pair};
 
 use core::f32::consts::{FRAC_1_PI, PI};
@@ -144,7 +144,7 @@ fn half_circle_lobes(sin_half: f32, cos_half: f32, lobes: &Lobes) -> [f32; 3] {
         kappa: [kappa_0, kappa_1, kappa_2],
         near: [near_1, near_2],
         far: [far_1, far_2],
-    } = lobes.angles_to(sin_half, cos_half);
+    } = angles_to(lobes, sin_half, cos_half);
     let p_0 = bessel_i0e_fast(kappa_0) * half_circle(kappa_0, 1.0 - 2.0 * sin_half * sin_half);
     let p_1 = bessel_i0e_fast(kappa_1)
         * (half_circle(kappa_1, 1.0 - 2.0 * near_1 * near_1)

@@ -79,17 +79,15 @@ pub(super) struct LobeAngles {
     pub far: [f32; 2],
 }
 
-impl Lobes {
-    /// Seen from a direction; `sin_half` and `cos_half` of half the azimuth from the lobes' common centre to it.
-    #[inline]
-    pub(super) fn angles_to(&self, sin_half: f32, cos_half: f32) -> LobeAngles {
-        let middle = self.cos_half.map(|cos| sin_half * cos);
-        let apart = self.sin_half.map(|sin| cos_half * sin);
-        LobeAngles {
-            kappa: self.lambda.map(|lambda| 2.0 / (lambda * lambda)),
-            near: [middle[0] - apart[0], middle[1] - apart[1]],
-            far: [middle[0] + apart[0], middle[1] + apart[1]],
-        }
+/// Lobes seen from a direction; `sin_half` and `cos_half` of half the azimuth from their common centre to it.
+#[inline]
+pub(super) fn angles_to(lobes: &Lobes, sin_half: f32, cos_half: f32) -> LobeAngles {
+    let middle = lobes.cos_half.map(|cos| sin_half * cos);
+    let apart = lobes.sin_half.map(|sin| cos_half * sin);
+    LobeAngles {
+        kappa: lobes.lambda.map(|lambda| 2.0 / (lambda * lambda)),
+        near: [middle[0] - apart[0], middle[1] - apart[1]],
+        far: [middle[0] + apart[0], middle[1] + apart[1]],
     }
 }
 

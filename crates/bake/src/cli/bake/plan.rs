@@ -4,9 +4,8 @@ use std::path::PathBuf;
 
 use strandlight_bake::manifest::{Farm, Job, farm_job};
 
-use super::check_beside;
 use super::exit::write;
-use super::items::read;
+use super::items::{check_beside, read};
 use crate::cli::{Failure, Outcome};
 
 /// Items of a shard, where their number is not given: minutes of work, not seconds.

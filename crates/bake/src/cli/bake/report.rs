@@ -6,9 +6,8 @@ use serde_json::Value;
 use strandlight_bake::manifest::{html, index};
 use strandlight_formats::read_file;
 
-use super::check_beside;
 use super::exit::write;
-use super::items::{judge_all, read};
+use super::items::{check_beside, judge_all, read};
 use crate::cli::{Failure, Outcome, is_stream, print_line};
 
 /// Longest report that is compared with, bytes.

@@ -7,10 +7,9 @@ use serde_json::{Value, json};
 use strandlight_bake::manifest::{self, Cache, Item, RunOptions, Summary, depfile};
 use strandlight_scene::progress::timed;
 
-use super::check_beside;
 use super::events::{Events, Teller};
 use super::exit::{in_exit_codes, write};
-use super::items::{judge_all, read, rows};
+use super::items::{check_beside, judge_all, read, rows};
 use super::kinds::Kitchen;
 use crate::cli::progress::progress;
 use crate::cli::shard::{Shard, ShardArg};
