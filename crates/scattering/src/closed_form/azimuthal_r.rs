@@ -79,7 +79,7 @@ pub fn azimuthal_r(
 }
 
 /// v^2 sum over i of P_i(y) b_i, see [`crate::reflectance`], not below 0.
-pub(super) fn reflected(b: &[f32; C_DEGREE], at: &Inclination, reflectance: &Reflectance) -> f32 {
+pub(crate) fn reflected(b: &[f32; C_DEGREE], at: &Inclination, reflectance: &Reflectance) -> f32 {
     let x = at.cos_theta_d;
     let v = reflectance.scale / (reflectance.scale + x);
     let y = v * (1.0 - x);

@@ -70,7 +70,7 @@ pub struct Lobes {
 }
 
 /// Lobes about a direction.
-pub(super) struct LobeAngles {
+pub(crate) struct LobeAngles {
     /// Their sharpnesses, 2 / lambda^2.
     pub kappa: [f32; 3],
     /// Sine of half the azimuth from the nearer lobe of each pair to the direction.
@@ -81,7 +81,7 @@ pub(super) struct LobeAngles {
 
 /// Lobes seen from a direction; `sin_half` and `cos_half` of half the azimuth from their common centre to it.
 #[inline]
-pub(super) fn angles_to(lobes: &Lobes, sin_half: f32, cos_half: f32) -> LobeAngles {
+pub(crate) fn angles_to(lobes: &Lobes, sin_half: f32, cos_half: f32) -> LobeAngles {
     let middle = lobes.cos_half.map(|cos| sin_half * cos);
     let apart = lobes.sin_half.map(|sin| cos_half * sin);
     LobeAngles {
