@@ -81,13 +81,13 @@ fn pass_hair(start: vec3f, direction: vec3f, distance: f32) -> vec4f {
     if exit <= entry {
         return OPEN;
     }
+    let last = vec3f(grid.dims) - 1.0;
     let n = ceil((exit - entry) / grid.h);
     let part = (exit - entry) / n;
     var depth = 0.0;
     var sin_2_depth = 0.0;
     for (var ix = 0u; ix < u32(n); ix++) {
         let position = start + direction * (entry + (f32(ix) + 0.5) * part);
-        let last = vec3f(grid.dims) - 1.0;
         let voxel = clamp(floor((position - grid.origin) / grid.h), vec3f(0.0), last);
         let index = voxel_index(grid, vec3u(voxel));
         let hair = extinction(volume[2u * index], volume[2u * index + 1u], direction);

@@ -61,7 +61,7 @@ impl Groom {
             return Err(Error::value(
                 "largest error (cm)",
                 max_error_cm,
-                "0 or more",
+                "finite and 0 or more",
             ));
         }
         let mut picks = Vec::new();

@@ -60,30 +60,39 @@ pub fn with_key(scene: &Scene, key: &str, value: &Value) -> Result<Scene, SetErr
         key: key.to_owned(),
         source,
     };
-    let mut changed = match (key, value) {
-        ("hair.preset", Value::String(name)) => {
-            let hair = scene.hair.with_preset(name)?;
-            Scene {
-                hair,
-                ..scene.clone()
-            }
-        }
-        _ => {
-            let mut root = serde_json::to_value(scene).map_err(|error| at_key(error.into()))?;
-            if let Some(color) = HairSection::COLOR_KEYS.into_iter().find(|&color| {
-                key.strip_prefix("hair.")
-                    .is_some_and(|rest| rest.split('.').next() == Some(color))
-            }) {
-                take_other_colors(&mut root, color);
-            }
-            let path: Vec<&str> = key.split('.').collect();
-            replace(&mut root, &path, value).map_err(at_key)?;
-            serde_json::from_value(root).map_err(|error| at_key(error.into()))?
-        }
-    };
+    let mut root = tree_of(scene).map_err(at_key)?;
+    set_in(&mut root, key, value)?;
+    let mut changed: Scene = serde_json::from_value(root).map_err(|error| at_key(error.into()))?;
     changed.folder = scene.folder.clone();
     changed.validate()?;
     Ok(changed)
+}
+
+fn tree_of(scene: &Scene) -> Result<Value, KeyError> {
+    Ok(serde_json::to_value(scene)?)
+}
+
+/// Puts `value` at `key` of a scene's tree.
+fn set_in(root: &mut Value, key: &str, value: &Value) -> Result<(), SetError> {
+    let at_key = |source: KeyError| SetError::Key {
+        key: key.to_owned(),
+        source,
+    };
+    if let ("hair.preset", Value::String(name)) = (key, value) {
+        let scene: Scene =
+            serde_json::from_value(root.clone()).map_err(|error| at_key(error.into()))?;
+        let hair = scene.hair.with_preset(name)?;
+        *root = tree_of(&Scene { hair, ..scene }).map_err(at_key)?;
+        return Ok(());
+    }
+    if let Some(color) = HairSection::COLOR_KEYS.into_iter().find(|&color| {
+        key.strip_prefix("hair.")
+            .is_some_and(|rest| rest.split('.').next() == Some(color))
+    }) {
+        take_other_colors(root, color);
+    }
+    let path: Vec<&str> = key.split('.').collect();
+    replace(root, &path, value).map_err(at_key)
 }
 
 /// `scene` with all of `values`. A key below `camera` changes that which `view` gives where the scene
@@ -96,13 +105,38 @@ pub fn with_values(
     values: &Map<String, Value>,
     view: impl Fn() -> CameraSection,
 ) -> Result<Scene, SetError> {
+    if scene.camera.is_none() && values.keys().any(|key| key.starts_with("camera.")) {
+        scene.camera = Some(view());
+    }
+    // At once: an entry that is added may need several keys.
+    if let Some(scene) = with_all(&scene, values) {
+        return Ok(scene);
+    }
+    // One by one: which key is to blame?
     for (key, value) in values {
-        if key.starts_with("camera.") && scene.camera.is_none() {
-            scene.camera = Some(view());
-        }
         scene = with_key(&scene, key, value)?;
     }
     Ok(scene)
+}
+
+/// `scene` with all of `values`, in the order of entries of lists; `None` where something is wrong.
+fn with_all(scene: &Scene, values: &Map<String, Value>) -> Option<Scene> {
+    let path = |key: &str| -> Vec<(Option<usize>, String)> {
+        let parts = key.split('.');
+        parts
+            .map(|part| (part.parse().ok(), part.to_owned()))
+            .collect()
+    };
+    let mut values: Vec<(&String, &Value)> = values.iter().collect();
+    values.sort_by_cached_key(|(key, _)| path(key));
+    let mut root = tree_of(scene).ok()?;
+    for (key, value) in values {
+        set_in(&mut root, key, value).ok()?;
+    }
+    let mut changed: Scene = serde_json::from_value(root).ok()?;
+    changed.folder = scene.folder.clone();
+    changed.validate().ok()?;
+    Some(changed)
 }
 
 /// A camera as a scene file has it.
@@ -144,8 +178,9 @@ fn replace(at: &mut Value, path: &[&str], value: &Value) -> Result<(), KeyError>
         Value::Array(list) => {
             let length = list.len();
             // Lists of tables grow; those of numbers are as long as they are.
-            if first.parse() == Ok(length) && !rest.is_empty() && !value.is_null() {
-                list.push(empty_for(rest));
+            let is_of_tables = !rest.is_empty() && list.iter().all(Value::is_object);
+            if first.parse() == Ok(length) && is_of_tables && !value.is_null() {
+                list.push(Value::Object(Map::new()));
             }
             let ix = first.parse().ok().filter(|&ix: &usize| ix < list.len());
             let ix = ix.ok_or_else(|| KeyError::Entry {
@@ -158,10 +193,10 @@ fn replace(at: &mut Value, path: &[&str], value: &Value) -> Result<(), KeyError>
     }
 }
 
-/// What a path that goes on with `rest` is put into: a list if it begins with a number.
+/// What a path that goes on with `rest` is put into: a list of tables if it begins with a number and goes on.
 fn empty_for(rest: &[&str]) -> Value {
-    match rest.first().map(|first| first.parse::<usize>()) {
-        Some(Ok(_)) => Value::Array(Vec::new()),
+    match rest {
+        [first, _, ..] if first.parse::<usize>().is_ok() => Value::Array(Vec::new()),
         _ => Value::Object(Map::new()),
     }
 }
@@ -244,6 +279,40 @@ mod tests {
             Some(0.01),
             "not the preset's business"
         );
+    }
+
+    #[test]
+    fn an_entry_is_added_by_several_keys() {
+        let scene = Scene::new("a", "b");
+        let view = || CameraSection::new([0.0; 3], [1.0; 3]);
+        let with = |values: Value| {
+            let values = values.as_object().expect("a table").clone();
+            with_values(scene.clone(), &values, view)
+        };
+        let changed = with(json!({
+            "lights.adjust.0.intensity": 2,
+            "lights.adjust.0.light": 3,
+            "proxy.0.kind": "ellipsoid",
+            "proxy.0.centre": [0, 1, 2],
+            "proxy.0.radii": [7, 11, 9],
+        }));
+        let changed = changed.unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(changed.lights.factor(3), [2.0; 3]);
+        assert_eq!(changed.proxies.len(), 1);
+        for (values, needle) in [
+            (
+                json!({"lights.adjust.0.intensity": 2}),
+                "missing field `light`",
+            ),
+            (json!({"hair.sigma.0": 2}), "unknown field"),
+            (
+                json!({"hair.eta": 9, "lights.adjust.0.light": 3}),
+                "hair.eta is 9",
+            ),
+        ] {
+            let error = with(values).expect_err(needle).to_string();
+            assert!(error.contains(needle), "{error}");
+        }
     }
 
     #[test]

@@ -445,7 +445,6 @@ fn outputs_that_cannot_be_written_are_named_before_the_work() {
     assert!(String::from_utf8_lossy(&both.stdout).contains("where --json prints"));
 }
 
-#[cfg(target_os = "linux")]
 #[test]
 fn files_of_the_manifest_are_not_written_over() {
     let folder = project(GROOMS, 1);
@@ -473,6 +472,7 @@ fn files_of_the_manifest_are_not_written_over() {
     assert_eq!(tree(at), before);
 }
 
+#[cfg(target_os = "linux")]
 #[test]
 fn full_disks_are_worth_another_try() {
     let folder = project(GROOMS, 2);

@@ -334,6 +334,10 @@ fn files_of_a_scene_are_no_outputs() {
         "lights a.exr -o b.lights --hair a.toml --timings a.toml",
         &["a.toml", "is an input"],
     );
+    let mut view = strandview();
+    view.current_dir(at)
+        .args(["a.toml", "--backend", "cpu", "--frame", "link.png"]);
+    assert_refused(&mut view, &["is a file of the scene"]);
     assert!(read(at, "a.groom") == groom);
 }
 

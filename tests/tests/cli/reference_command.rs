@@ -75,7 +75,6 @@ fn every_method_writes_layers_and_can_be_gone_on_with() {
     }
 }
 
-/// Seeds, pixels and samples decide all: parts make the file that one run makes, byte by byte.
 #[test]
 fn flags_that_a_method_ignores_are_told() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -118,6 +117,7 @@ fn one_sample_says_nothing_of_its_noise() {
     assert!(noise("2.exr").is_some_and(|noise| noise > 0.0));
 }
 
+/// Seeds, pixels and samples decide all: parts make the file that one run makes, byte by byte.
 #[test]
 fn samples_are_added_to_a_file_or_start_one() {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -196,7 +196,10 @@ fn trace(args: &TraceArgs) -> Outcome {
     let prepared = PreparedScene::load_at(&scene, args.time)
         .map_err(|error| Failure::input(error.in_file(&args.scene)))?;
     let kinds = prepared.paint().map(PaintKinds::of);
-    if args.energy_safe && kinds.is_some_and(|kinds| kinds.widths || kinds.shifts) {
+    if args.energy_safe
+        && method == Method::Path
+        && kinds.is_some_and(|kinds| kinds.widths || kinds.shifts)
+    {
         return Err(Failure::file(&args.scene, ENERGY_SAFE));
     }
     let (environment, from_map) = environment(args, &scene, &prepared)?;

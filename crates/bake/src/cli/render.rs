@@ -9,6 +9,8 @@ mod layers;
 mod report;
 mod until;
 
+use std::path::{Path, PathBuf};
+
 use serde_json::json;
 use strandlight_formats::Scene;
 use strandlight_images::picture::exr_file_of;
@@ -33,7 +35,9 @@ pub fn run(args: &Args) -> Outcome {
         return frames::run(args);
     }
     let format = format_of(&args.output)?;
-    check_outputs(&[&args.scene], &[&args.output])?;
+    let read = [Some(&args.scene), args.map.as_ref()];
+    let read: Vec<&Path> = read.into_iter().flatten().map(PathBuf::as_path).collect();
+    check_outputs(&read, &[&args.output])?;
     let scene = match args.set.is_empty() {
         true => Scene::read(&args.scene).map_err(Failure::input)?,
         false => {

@@ -346,7 +346,8 @@ impl Convergence {
     }
 
     /// The mean of the differences of a pixel, and the variance of that mean. Samples that all miss the hair differ in
-    /// nothing, which is no certainty: then the variance is that of the fast picture's coverage.
+    /// nothing, which is no certainty: then the variance is that of the fast picture's coverage. Over proxies, whose coverage
+    /// is in it as well, that says nothing.
     fn mean_and_variance(&self, pixel: u32, sums: &Sums) -> ([f32; 3], [f32; 3]) {
         /// Share of the square of the mean that is rounding.
         const ROUNDING: f32 = 1e-9;

@@ -1,7 +1,7 @@
 //! The items of a manifest, and what is known of them.
 
 use std::collections::HashSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::{Value, json};
 use strandlight_bake::manifest::{self, Item, Judgement, Manifest, judge};
@@ -9,7 +9,7 @@ use strandlight_bake::manifest::{self, Item, Judgement, Manifest, judge};
 use strandlight_formats::output_target;
 
 use super::kinds::{KINDS, resolve};
-use crate::cli::{Failure, Outcome, check_outputs};
+use crate::cli::{Failure, Outcome, check_outputs, is_stream};
 
 /// A manifest and its items.
 pub fn read(path: &Path) -> Result<(Manifest, Vec<Item>), Failure> {
@@ -18,28 +18,30 @@ pub fn read(path: &Path) -> Result<(Manifest, Vec<Item>), Failure> {
     Ok((manifest, items))
 }
 
-/// Refuses, before any work is done, outputs beside those of the items of a manifest that cannot be written or that
-/// are a file of the manifest.
-pub fn check_beside(manifest: &Path, items: &[Item], outputs: &[&Path]) -> Outcome {
-    let inputs: Vec<PathBuf> = items.iter().filter_map(Item::input_path).collect();
-    let inputs = inputs.iter().map(PathBuf::as_path);
-    let inputs: Vec<&Path> = inputs.chain(std::iter::once(manifest)).collect();
-    check_outputs(&inputs, outputs)?;
-    if outputs.is_empty() {
+/// Refuses, before any work is done, outputs beside those of the items that cannot be written, that are one of `inputs`,
+/// or that the manifest reads or makes.
+pub fn check_beside(inputs: &[&Path], items: &[Item], outputs: &[&Path]) -> Outcome {
+    check_outputs(inputs, outputs)?;
+    let is_file = |path: &&&Path| !is_stream(path);
+    if outputs.iter().find(is_file).is_none() {
         return Ok(());
     }
+    let place = |path: &Path| output_target(path).ok();
+    let read: HashSet<_> = items.iter().filter_map(Item::input_path).collect();
+    let read: HashSet<_> = read.iter().filter_map(|path| place(path)).collect();
     let made = items.iter().flat_map(|item| {
         let outputs = item.outputs.iter();
-        outputs.filter_map(|output| output_target(&item.resolve(&output.path)).ok())
+        outputs.filter_map(|output| place(&item.resolve(&output.path)))
     });
     let made: HashSet<_> = made.collect();
     for path in outputs {
-        if output_target(path).is_ok_and(|target| made.contains(&target)) {
-            return Err(Failure::file(
-                path,
-                "is an output of the manifest; name another file",
-            ));
-        }
+        let Some(target) = place(path) else { continue };
+        let what = match () {
+            () if read.contains(&target) => "is an input of the manifest",
+            () if made.contains(&target) => "is an output of the manifest",
+            () => continue,
+        };
+        return Err(Failure::file(path, format!("{what}; name another file")));
     }
     Ok(())
 }

@@ -66,7 +66,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let (_, items) = read(&args.manifest)?;
-    check_beside(&args.manifest, &items, &[&args.output])?;
+    check_beside(&[&args.manifest], &items, &[&args.output])?;
     let farm = match (args.slurm, args.openjd, args.k8s) {
         (true, _, _) => Farm::Slurm,
         (_, true, _) => Farm::OpenJd,

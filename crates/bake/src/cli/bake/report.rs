@@ -34,7 +34,9 @@ pub fn run(args: &Args) -> Outcome {
     let formats: Vec<(&Path, bool)> = formats.collect::<Result<_, Failure>>()?;
     let before = args.since.as_deref().map(read_report).transpose()?;
     let (_, items) = read(&args.manifest)?;
-    check_beside(&args.manifest, &items, &outputs)?;
+    let inputs = [Some(&args.manifest), args.since.as_ref()];
+    let inputs: Vec<&Path> = inputs.into_iter().flatten().map(PathBuf::as_path).collect();
+    check_beside(&inputs, &items, &outputs)?;
     let judged = judge_all(&items);
     let document = index(&judged, before.as_ref());
     for (path, is_page) in formats {

@@ -81,7 +81,7 @@ pub fn run(args: &RunArgs) -> Outcome {
     let (manifest, all) = read(path)?;
     let outputs = [&args.depfile, &args.events, &args.timings];
     let outputs = outputs.into_iter().flatten().map(PathBuf::as_path);
-    check_beside(path, &all, &outputs.collect::<Vec<_>>())?;
+    check_beside(&[path], &all, &outputs.collect::<Vec<_>>())?;
     let items = share(all, args.shard.shard.unwrap_or(Shard::WHOLE));
     if args.dry_run {
         return dry_run(&items, args);

@@ -131,10 +131,13 @@ impl Target {
     }
 }
 
-/// Refuses an ending of an encoding that is read and not written: a file of text named .usdc.
+/// Refuses an ending that promises another format, or an encoding that is read and not written, such as .usdc for text.
 fn check_ending(path: &Path, format: &dyn GroomFormat, extension: &str) -> Outcome {
     let info = format.info();
     let is = |end: &&str| end.eq_ignore_ascii_case(extension);
+    if is_stream(path) {
+        return Ok(());
+    }
     let is_groom = extension.eq_ignore_ascii_case("groom");
     let is_of_another = is_groom || groom_format_for(extension).is_some();
     if info.extensions[..1].iter().any(is) || !is_of_another {

@@ -184,8 +184,8 @@ fn pursue(
             ));
         }
         // Light that overflows stays so.
-        let is_finite = !converged.relative_error.is_nan();
-        if done >= 1.0 || converged.samples >= most || !is_finite {
+        let is_number = !converged.relative_error.is_nan();
+        if done >= 1.0 || converged.samples >= most || !is_number {
             progress.finish();
             return converged;
         }

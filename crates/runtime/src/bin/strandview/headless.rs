@@ -5,7 +5,7 @@ use std::error::Error;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use strandlight_formats::{OutputTarget, check_writable, output_target, write_file};
+use strandlight_formats::{OutputTarget, Scene, check_writable, output_target, write_file};
 use strandlight_render::gpu::Context;
 use strandlight_runtime::script::{self, Frame, Script};
 use strandlight_runtime::timings::{Made, Timings};
@@ -77,6 +77,7 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
     }
     // What is wrong with the scene is said before a device is opened.
     let session = open(args)?;
+    check_not_of_scene(session.scene(), path, &target)?;
     let mut recorder = Recorder::new(session.files());
     let mut viewer = viewer(args, session)?;
     viewer.set_time(args.time)?;
@@ -97,6 +98,22 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
     }
 }
 
+/// Refuses an output that is a file which `scene` names.
+fn check_not_of_scene(scene: &Scene, path: &Path, target: &OutputTarget) -> Answer<()> {
+    let OutputTarget::File(file) = target else {
+        return Ok(());
+    };
+    let is_file = |path: PathBuf| path.canonicalize().is_ok_and(|path| path == *file);
+    match scene.file_paths().into_iter().any(is_file) {
+        true => Err(format!(
+            "{}: is a file of the scene; name another output",
+            path.display()
+        )
+        .into()),
+        false => Ok(()),
+    }
+}
+
 fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()> {
     let start = Instant::now();
     let mut files = BTreeSet::new();
@@ -111,7 +128,8 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
     std::fs::create_dir_all(out).map_err(cannot)?;
     let times = out.join("timings.json");
     for path in files.iter().map(|file| out.join(file)) {
-        output_target(&path).map_err(|error| cannot_write(&path, &error))?;
+        let target = output_target(&path).map_err(|error| cannot_write(&path, &error))?;
+        check_not_of_scene(session.scene(), &path, &target)?;
     }
     check_writable(&times).map_err(|error| cannot_write(&times, &error))?;
     let mut viewer = viewer(args, session)?;
