@@ -209,7 +209,7 @@ fn pass_hair(
     direction: Vec3,
     distance: f32,
 ) -> [f32; 4] {
-    let Some([entry, exit]) = grid.span(start, direction, 0.0) else {
+    let Some([entry, exit]) = grid.span_in_grid(start, direction, 0.0) else {
         return OPEN;
     };
     let exit = exit.min(distance + BEYOND * grid.h);

@@ -146,7 +146,7 @@ impl From<'_> {
                 continue;
             }
             let share_at = |position: Vec3| self.share_at(grid_position(self.grid, position));
-            let shares = match self.grid.span(surface.position, d, 0.5) {
+            let shares = match self.grid.span_in_grid(surface.position, d, 0.5) {
                 None => [1.0; 3],
                 // The same place for all directions.
                 Some([0.0, _]) => *inside.get_or_insert_with(|| {

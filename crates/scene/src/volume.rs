@@ -83,8 +83,8 @@ impl Grid {
     }
 
     /// Where a ray is in the grid, `inset` voxels or more from its faces: the distances from `start` at which it enters,
-    /// 0 or more, and leaves. Twin: `span_in_grid` in `shaders/lib/grid.wgsl`.
-    pub fn span(&self, start: Vec3, direction: Vec3, inset: f32) -> Option<[f32; 2]> {
+    /// 0 or more, and leaves. Twin in `shaders/lib/grid.wgsl`.
+    pub fn span_in_grid(&self, start: Vec3, direction: Vec3, inset: f32) -> Option<[f32; 2]> {
         let tiny = direction.abs().cmplt(Vec3::splat(1e-8));
         let d = Vec3::select(tiny, Vec3::splat(1e-8), direction);
         let origin = Vec3::from(self.origin);
