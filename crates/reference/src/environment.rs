@@ -11,6 +11,9 @@ use strandlight_formats::SrbfLight;
 use strandlight_scene::volume::power;
 
 use strandlight_scattering::random::SplitMix64;
+use strandlight_scattering::wide::math::exp;
+use strandlight_scattering::wide::prelude::*;
+use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8};
 
 use cumulative::{Cumulative, mean};
 
@@ -125,6 +128,53 @@ fn map_share(map: &MapSampler, lights: &LightSampler) -> f64 {
 pub struct LightSampler {
     lights: Vec<SrbfLight>,
     powers: Cumulative,
+    /// All lights, the last of which are dark if need be.
+    eights: Vec<EightLights>,
+    /// Instructions of this machine.
+    level: Level,
+}
+
+/// Lights, one in each lane.
+#[derive(Clone, Copy)]
+struct EightLights {
+    direction: [[f32; LANES]; 3],
+    /// -1 / lambda^2
+    falloff: [f32; LANES],
+    rgb: [[f32; LANES]; 3],
+}
+
+impl EightLights {
+    /// Up to eight lights.
+    fn new(lights: &[SrbfLight]) -> EightLights {
+        let mut eight = EightLights {
+            direction: [[0.0; LANES]; 3],
+            falloff: [0.0; LANES],
+            rgb: [[0.0; LANES]; 3],
+        };
+        for (lane, light) in lights.iter().enumerate() {
+            eight.falloff[lane] = -1.0 / (light.lambda * light.lambda);
+            for axis in 0..3 {
+                eight.direction[axis][lane] = light.direction[axis];
+                eight.rgb[axis][lane] = light.rgb[axis];
+            }
+        }
+        eight
+    }
+
+    /// Adds the radiance from `omega` to `sum`, lane by lane.
+    #[inline(always)]
+    fn add_radiance<S: Simd>(&self, simd: S, omega: Vec3, sum: &mut [f32x8<S>; 3]) {
+        let mut square = f32x8::splat(simd, 0.0);
+        for axis in 0..3 {
+            // Without the cancellation of omega . omega_j - 1.
+            let off = f32x8::simd_from(simd, self.direction[axis]) - omega[axis];
+            square = off * off + square;
+        }
+        let value = exp(square * f32x8::simd_from(simd, self.falloff));
+        for (sum, rgb) in sum.iter_mut().zip(self.rgb) {
+            *sum = value * f32x8::simd_from(simd, rgb) + *sum;
+        }
+    }
 }
 
 impl LightSampler {
@@ -134,24 +184,23 @@ impl LightSampler {
         LightSampler {
             powers: Cumulative::new(lights.iter().map(mean_power)),
             lights: lights.to_vec(),
+            eights: lights.chunks(LANES).map(EightLights::new).collect(),
+            level: Level::new(),
         }
     }
 
     fn radiance(&self, omega: Vec3) -> ([f32; 3], f32) {
-        let mut sum = [0.0f32; 3];
-        for light in &self.lights {
-            // Without the cancellation of omega . omega_j - 1.
-            let off = omega - Vec3::from(light.direction);
-            let x = off.length_squared() / (light.lambda * light.lambda);
-            // Nothing is left of f32 beyond.
-            if x > 80.0 {
-                continue;
+        let sum = dispatch!(self.level, simd => {
+            let mut sum = [f32x8::splat(simd, 0.0); 3];
+            for eight in &self.eights {
+                eight.add_radiance(simd, omega, &mut sum);
             }
-            let value = (-x).exp();
-            for (sum, amplitude) in sum.iter_mut().zip(light.rgb) {
-                *sum += amplitude * value;
+            let mut rgb = [0.0f32; 3];
+            for (rgb, sum) in rgb.iter_mut().zip(sum) {
+                *rgb = sum.reduce_sum();
             }
-        }
+            rgb
+        });
         // sum_j p_j G_j / Omega_j with p_j by power: the mean radiance over all power.
         let total = self.powers.total();
         let pdf = if total > 0.0 { mean(sum) / total } else { 0.0 };

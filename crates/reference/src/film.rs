@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::view_uniform;
 
-use super::camera::{MAX_SAMPLES, camera_ray};
+use super::camera::{MAX_SAMPLES, N_IN_SQUARE, camera_ray, square_by_square};
 use super::compare::Layer;
 use super::integrator::{Integrator, Layers};
 use super::spans::{Span, push, spans_of};
@@ -122,19 +122,18 @@ impl Film {
         let view = view_uniform(&scene.camera, &scene.strands, self.size, 1.0);
         let (width, n_pixels) = (self.size[0] as usize, self.n_pixels());
         let spans = spans_of(self.first..samples.end);
+        let order: Vec<usize> = square_by_square(self.size).collect();
+        // In that order.
         let mut exposed = vec![Pixel::default(); n_pixels * spans.len()];
-        // Short runs of pixels: rows through the hair take long, others no time at all.
-        let run = width.min(64);
         let done = AtomicU64::new(0);
         exposed
-            .par_chunks_mut(run * spans.len())
-            .enumerate()
-            .for_each(|(chunk, pixels)| {
+            .par_chunks_mut(N_IN_SQUARE * spans.len())
+            .zip(order.par_chunks(N_IN_SQUARE))
+            .for_each(|(pixels, order)| {
                 let pixels = pixels.chunks_exact_mut(spans.len());
                 let n = pixels.len() as u64;
                 let mut sums = Vec::new();
-                for (ix, pixel) in pixels.enumerate() {
-                    let ix = chunk * run + ix;
+                for (pixel, &ix) in pixels.zip(order) {
                     sums.clear();
                     sums.extend(self.sums_of(ix));
                     let at = [ix % width, ix / width].map(|x| x as f64);
@@ -159,7 +158,12 @@ impl Film {
                 observer(done as f64 / n_pixels as f64);
             });
         self.n_samples += n_samples;
-        (self.spans, self.sums) = (spans, exposed);
+        self.sums.clear();
+        self.sums.resize(n_pixels * spans.len(), Pixel::default());
+        for (pixel, ix) in exposed.chunks_exact(spans.len()).zip(order) {
+            self.sums[ix * spans.len()..][..spans.len()].copy_from_slice(pixel);
+        }
+        self.spans = spans;
     }
 
     /// Adds the samples of `next`, a film of the same size, whose first comes after the last of these.

@@ -7,15 +7,20 @@
 //! the two lines lies inside the segment and nearer than the fibre's radius there. That is what
 //! the rasteriser draws, and what `sigma_t = D rho sqrt(1 - (t.d)^2)` counts.
 
+mod walk;
+
+use std::ops::ControlFlow;
 use std::time::Duration;
 
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
-use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
-use obvhs::ray::{Ray, RayHit};
+use obvhs::cwbvh::node::CwBvhNode;
+use strandlight_scattering::wide::{Level, dispatch};
 use strandlight_scene::strands::Strands;
+
+use walk::{Line, Visit, walk};
 
 /// Where a ray crosses a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,7 +126,7 @@ impl Axis {
     }
 
     /// The crossing's distance and place along the segment, for a unit `direction`.
-    #[inline]
+    #[inline(always)]
     fn crossing(&self, origin: Vec3, direction: Vec3) -> Option<(f32, f32)> {
         // The part across the ray of the way from the axis to the ray, and of the axis itself:
         // components along the ray are large and would cancel.
@@ -158,12 +163,14 @@ struct Piece {
 pub struct Rays {
     /// In the order of the hierarchy's leaves.
     pieces: Vec<Piece>,
-    bvh: CwBvh,
+    nodes: Vec<CwBvhNode>,
+    /// Instructions of this machine.
+    level: Level,
 }
 
 /// Segments longer than this many mean ones are cut, which makes at most half as many pieces again
 /// as there are segments. A long diagonal segment fills little of its box and meets many others';
-/// finer pieces gained nothing on generated grooms and cost build time (example `rays_cost`).
+/// finer pieces gained nothing on generated grooms and cost build time (`crates/bake/examples/rays_cost.rs`).
 const PIECE_LENGTH: f32 = 2.0;
 
 /// Most pieces of one segment: a groom whose segments all but one coincide stays small.
@@ -193,7 +200,7 @@ impl Rays {
                 pieces.push(piece);
             }
         }
-        let mut bvh = build_cwbvh(
+        let bvh = build_cwbvh(
             &boxes,
             BvhBuildParams::medium_build(),
             &mut Duration::default(),
@@ -204,49 +211,74 @@ impl Rays {
             .iter()
             .map(|&ix| pieces[ix as usize])
             .collect();
-        bvh.primitive_indices = Vec::new();
-        Rays { pieces, bvh }
+        Rays {
+            pieces,
+            nodes: bvh.nodes,
+            level: Level::new(),
+        }
     }
 
     /// The first crossing along `direction` (a unit vector).
     pub fn nearest(&self, start: &Start, direction: Vec3) -> Option<Crossing> {
-        let mut hit = RayHit::none();
         let mut nearest: Option<Crossing> = None;
-        self.bvh
-            .ray_traverse(ray(start, direction), &mut hit, |ray, ix| {
-                match self.test(ix, start, direction) {
-                    Some(crossing) if crossing.t < ray.tmax => {
-                        nearest = Some(crossing);
-                        crossing.t
-                    }
-                    _ => f32::INFINITY,
+        self.walk(
+            start,
+            direction,
+            #[inline(always)]
+            |ix, farthest| match self.test(ix, start, direction) {
+                Some(crossing) if crossing.t < farthest => {
+                    nearest = Some(crossing);
+                    ControlFlow::Continue(crossing.t)
                 }
-            });
+                _ => ControlFlow::Continue(farthest),
+            },
+        );
         nearest
     }
 
     /// Whether anything lies along `direction` (a unit vector).
     pub fn is_blocked(&self, start: &Start, direction: Vec3) -> bool {
-        let missed = self.bvh.ray_traverse_miss(ray(start, direction), |_, ix| {
-            let crossing = self.test(ix, start, direction);
-            crossing.map_or(f32::INFINITY, |crossing| crossing.t)
-        });
-        !missed
+        let mut is_blocked = false;
+        self.walk(
+            start,
+            direction,
+            #[inline(always)]
+            |ix, farthest| {
+                is_blocked = self.test(ix, start, direction).is_some();
+                match is_blocked {
+                    true => ControlFlow::Break(()),
+                    false => ControlFlow::Continue(farthest),
+                }
+            },
+        );
+        is_blocked
     }
 
-    /// Calls `found` once for every crossing along `direction` (a unit vector), in the order of
-    /// the hierarchy, not of distance.
+    /// Calls `found` once for every crossing along `direction` (a unit vector), about by distance.
     pub fn crossings(&self, start: &Start, direction: Vec3, mut found: impl FnMut(Crossing)) {
-        self.bvh
-            .ray_traverse_anyhit(ray(start, direction), |_, ix| {
+        self.walk(
+            start,
+            direction,
+            #[inline(always)]
+            |ix, farthest| {
                 if let Some(crossing) = self.test(ix, start, direction) {
                     found(crossing);
                 }
-            });
+                ControlFlow::Continue(farthest)
+            },
+        );
+    }
+
+    /// [`walk`] with this machine's instructions.
+    #[inline(always)]
+    fn walk(&self, start: &Start, direction: Vec3, visit: impl Visit) {
+        let line = Line::new(start.position, direction);
+        let nodes = &self.nodes;
+        dispatch!(self.level, simd => walk(simd, nodes, &line, visit));
     }
 
     /// The crossing of one piece.
-    #[inline]
+    #[inline(always)]
     fn test(&self, ix: usize, start: &Start, direction: Vec3) -> Option<Crossing> {
         let piece = &self.pieces[ix];
         let (t, along) = piece.axis.crossing(start.position, direction)?;
@@ -255,17 +287,6 @@ impl Rays {
         let counts = owns && t > start.t_min && !start.skip.contains(&segment);
         counts.then_some(Crossing { t, segment, along })
     }
-}
-
-/// The ray as the hierarchy takes it.
-fn ray(start: &Start, direction: Vec3) -> Ray {
-    Ray::new(
-        Vec3A::from(start.position),
-        // The sum has no -0, whose inverse has not the sign that the hierarchy sorts boxes by.
-        Vec3A::from(direction) + Vec3A::ZERO,
-        start.t_min,
-        f32::INFINITY,
-    )
 }
 
 /// A box around every point of a ray that can cross the piece: the way from axis to ray is

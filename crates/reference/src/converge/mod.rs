@@ -24,7 +24,7 @@ use strandlight_scene::camera::view_uniform;
 use strandlight_scene::{Picture, PreparedScene};
 
 use crate::backdrop::Backdrop;
-use crate::camera::{MAX_SAMPLES, camera_ray};
+use crate::camera::{MAX_SAMPLES, N_IN_SQUARE, camera_ray, square_by_square};
 use crate::integrator::Integrator;
 use allocation::{Allocation, Noise};
 use shrink::{Cell, Field, Shrunk, shrink};
@@ -39,7 +39,7 @@ pub struct Convergence {
     fast: Picture,
     /// Radiance behind each pixel; none where the picture is transparent.
     behind: Vec<Option<[f32; 3]>>,
-    /// Pixels that take samples: those that show anything, and their neighbours.
+    /// Pixels that take samples: those that show anything, and their neighbours; square by square.
     pixels: Vec<u32>,
     /// What differences of each of them are likely to go with.
     scales: Vec<[f32; 3]>,
@@ -110,7 +110,7 @@ impl Convergence {
             })
             .any(|ix| fast.rgba[ix][3] > 0.0)
         };
-        let pixels: Vec<u32> = (0..width * height)
+        let pixels: Vec<u32> = square_by_square([fast.width, fast.height])
             .filter(|ix| shows(ix % width, ix / width))
             .map(|ix| ix as u32)
             .collect();
@@ -194,11 +194,11 @@ impl Convergence {
         let scattering = self.scattering;
         let allocation = &self.allocation;
         self.pixels
-            .par_chunks(64)
-            .zip(self.sums.par_chunks_mut(64))
+            .par_chunks(N_IN_SQUARE)
+            .zip(self.sums.par_chunks_mut(N_IN_SQUARE))
             .enumerate()
             .try_for_each(|(chunk, (pixels, sums))| {
-                for ((&pixel, sums), number) in pixels.iter().zip(sums).zip(64 * chunk..) {
+                for ((&pixel, sums), number) in pixels.iter().zip(sums).zip(N_IN_SQUARE * chunk..) {
                     if !is_wanted() {
                         return None;
                     }

@@ -14,7 +14,9 @@ pub fn erf(x: f64) -> f64 {
         return 1.0f64.copysign(x);
     }
     if a > 2.5 {
-        return (1.0 - erfc_tail(a)).copysign(x);
+        // Next to 1 the fewer digits count the smaller the tail is.
+        let levels = levels(a, 37.0 - a * a);
+        return (1.0 - exp_minus_square(a) * erfcx_fraction(a, levels)).copysign(x);
     }
     // 2/sqrt(pi) e^(-x^2) sum 2^n x^(2n+1) / (2n+1)!! (DLMF 7.6.2)
     let square = a * a;
@@ -104,10 +106,21 @@ fn erfc_tail(x: f64) -> f64 {
     exp_minus_square(x) * erfcx_tail(x)
 }
 
-/// exp(x^2) erfc(x) for x >= 1: continued fraction `1/(x + (1/2)/(x + 1/(x + (3/2)/(x + ...` over
-/// sqrt(pi) (DLMF 7.9.1), from the level where what is left out is below 1e-17.
+/// exp(x^2) erfc(x) for x >= 1.
 fn erfcx_tail(x: f64) -> f64 {
-    let levels = (200.0 / (x * x)) as u32 + 12;
+    erfcx_fraction(x, levels(x, 40.0))
+}
+
+/// From which level on [`erfcx_fraction`] is off by less than `exp(-digits)` of itself: what n levels leave out
+/// is about `exp(-2 x sqrt(2 n))`, and somewhat more where they are few.
+fn levels(x: f64, digits: f64) -> u32 {
+    let digits = digits.max(0.0);
+    (0.125 * (digits / x).powi(2) + 0.3 * digits) as u32 + 1
+}
+
+/// exp(x^2) erfc(x) for x >= 1: continued fraction `1/(x + (1/2)/(x + 1/(x + (3/2)/(x + ...` over
+/// sqrt(pi) (DLMF 7.9.1), of so many levels.
+fn erfcx_fraction(x: f64, levels: u32) -> f64 {
     let mut tail = x;
     for n in (1..=levels).rev() {
         tail = x + 0.5 * f64::from(n) / tail;
