@@ -235,7 +235,19 @@ impl<'a> PathTracer<'a> {
             direction = drawn.direction;
             // Only what lies beyond the seen fibre can turn light back.
             has_turned |= traced.events > 1 && drawn.is_turned;
-            met = self.world.met(&start, direction);
+            // Proxies are seen in all light.
+            let is_last = traced.is_covered
+                && match self.scattering {
+                    Scattering::Single => true,
+                    Scattering::Global => has_turned,
+                    Scattering::Local | Scattering::Total => false,
+                };
+            met = match is_last {
+                false => self.world.met(&start, direction),
+                // All that is wanted still is light.
+                true if self.world.is_blocked(&start, direction) => return traced,
+                true => Met::Nothing,
+            };
             if met == Met::Nothing {
                 let (radiance, pdf) = self.environment.radiance(direction);
                 let weight = match self.estimator {
@@ -249,15 +261,6 @@ impl<'a> PathTracer<'a> {
                     let brought = |c: usize| carried[c] * weight * f64::from(radiance[c]);
                     traced.add(std::array::from_fn(brought), has_turned);
                 }
-                return traced;
-            }
-            // Proxies are seen in all light.
-            let is_over = match self.scattering {
-                Scattering::Single => true,
-                Scattering::Global => has_turned,
-                Scattering::Local | Scattering::Total => false,
-            };
-            if is_over && traced.is_covered {
                 return traced;
             }
             let mut stays = max(carried);

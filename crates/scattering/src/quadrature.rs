@@ -2,6 +2,7 @@
 //! vector-valued integrands, and the tanh-sinh rule for checking the others.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::sync::{Arc, PoisonError, RwLock};
 
 /// A Gauss-Legendre rule on -1..=1.
@@ -66,6 +67,21 @@ impl GaussLegendre {
         let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
         let nodes = self.nodes.iter();
         nodes.map(move |(x, w)| (middle + half * x, half * w))
+    }
+
+    /// Nodes and weights on as many equal panels of `a..=b` as leave none longer than `longest`, their number
+    /// within `counts`; in rising order.
+    pub fn on_panels(
+        &self,
+        a: f64,
+        b: f64,
+        longest: f64,
+        counts: RangeInclusive<u32>,
+    ) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let [least, most] = [counts.start(), counts.end()].map(|n| f64::from(*n));
+        let n = ((b - a) / longest).ceil().clamp(least, most);
+        let at = move |ix: u32| a + (b - a) * f64::from(ix) / n;
+        (0..n as u32).flat_map(move |ix| self.on(at(ix), at(ix + 1)))
     }
 
     /// Integral of `f` over `a..=b`.
@@ -215,6 +231,25 @@ pub fn integrate_tanh_sinh<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn panels_are_as_short_and_as_many_as_asked_for() {
+        let rule = GaussLegendre::new(3);
+        for (longest, counts, n) in [
+            (0.5, 1..=9, 7),
+            (0.5, 1..=4, 4),
+            (9.0, 2..=9, 2),
+            (0.0, 1..=5, 5),
+        ] {
+            let nodes: Vec<(f64, f64)> = rule.on_panels(-1.0, 2.2, longest, counts).collect();
+            assert_eq!(nodes.len(), 3 * n);
+            assert!(nodes.is_sorted_by(|a, b| a.0 < b.0));
+            // Exact of the fifth degree.
+            let integral: f64 = nodes.iter().map(|(x, weight)| weight * x.powi(5)).sum();
+            let expected = (2.2f64.powi(6) - 1.0) / 6.0;
+            assert!((integral / expected - 1.0).abs() < 1e-13, "{n}: {integral}");
+        }
+    }
 
     #[test]
     fn gauss_legendre_is_exact_to_its_degree() {

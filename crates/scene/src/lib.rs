@@ -49,6 +49,8 @@ pub mod paint;
 pub mod panorama;
 pub mod picture;
 #[doc(hidden)]
+pub mod png_file;
+#[doc(hidden)]
 pub mod probe;
 #[doc(hidden)]
 pub mod progress;

@@ -2,6 +2,7 @@
 
 use crate::display::DisplayTransform;
 use crate::error::RenderError;
+use crate::png_file;
 use crate::provenance::Provenance;
 use crate::tone;
 
@@ -56,27 +57,14 @@ impl Picture {
         provenance: &Provenance,
     ) -> Result<Vec<u8>, RenderError> {
         let pixels = self.to_srgb8(exposure, display);
+        let size = [self.width, self.height];
+        let texts = provenance.entries();
         let opaque = pixels.iter().all(|pixel| pixel[3] == 255);
-        let bytes: Vec<u8> = if opaque {
-            pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect()
+        Ok(if opaque {
+            let pixels: Vec<[u8; 3]> = pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+            png_file::encode(size, &pixels, texts)?
         } else {
-            pixels.iter().flatten().copied().collect()
-        };
-        let mut file = Vec::new();
-        let mut encoder = png::Encoder::new(&mut file, self.width, self.height);
-        encoder.set_color(if opaque {
-            png::ColorType::Rgb
-        } else {
-            png::ColorType::Rgba
-        });
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        for (name, value) in provenance.entries() {
-            encoder.add_text_chunk(name.clone(), value.clone())?;
-        }
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(&bytes)?;
-        writer.finish()?;
-        Ok(file)
+            png_file::encode(size, &pixels, texts)?
+        })
     }
 }

@@ -8,6 +8,7 @@ use strandlight_formats::{LightSet, SrbfLight};
 use super::cells::radiance;
 use super::sphere::dot;
 use strandlight_images::{LatLong, Map};
+use strandlight_scene::png_file;
 
 /// Pixels across one of the four pictures of [`preview_png`].
 const WIDTH: usize = 640;
@@ -66,7 +67,8 @@ pub fn pictures(
     let panels = Panels::new(set, residual, map, PICTURE_WIDTH);
     let residual = residual.map(|map| panels.toned(&shrink(map, panels.grid)));
     let LatLong { width, height } = panels.grid;
-    let encode = |panel: Panel<u8>| encode(panel.as_flattened(), width, height);
+    let encode =
+        |panel: Panel<u8>| png_file::encode([width, height].map(|side| side as u32), &panel, &[]);
     Ok(Pictures {
         map: encode(panels.toned(&panels.of_map))?,
         residual: residual.map(encode).transpose()?,
@@ -285,25 +287,12 @@ struct Circle {
 fn encode_panels(panels: &[Panel<u8>], grid: LatLong) -> Result<Vec<u8>, png::EncodingError> {
     let rows = panels.len().div_ceil(2);
     let (width, height) = (2 * grid.width + GAP, rows * (grid.height + GAP) - GAP);
-    let mut pixels = vec![0u8; width * height * 3];
+    let mut pixels = vec![[0; 3]; width * height];
     for (k, panel) in panels.iter().enumerate() {
         let (x0, y0) = ((k % 2) * (grid.width + GAP), (k / 2) * (grid.height + GAP));
         for (j, row) in panel.chunks_exact(grid.width).enumerate() {
-            let start = ((y0 + j) * width + x0) * 3;
-            pixels[start..start + 3 * grid.width].copy_from_slice(row.as_flattened());
+            pixels[(y0 + j) * width + x0..][..grid.width].copy_from_slice(row);
         }
     }
-    encode(&pixels, width, height)
-}
-
-fn encode(pixels: &[u8], width: usize, height: usize) -> Result<Vec<u8>, png::EncodingError> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(pixels)?;
-    writer.finish()?;
-    Ok(bytes)
+    png_file::encode([width, height].map(|side| side as u32), &pixels, &[])
 }

@@ -1,5 +1,7 @@
 //! Differences as pictures.
 
+use strandlight_scene::png_file;
+
 use super::statistics::hair_mask;
 use super::{CompareError, FlipMap, Layer};
 
@@ -84,15 +86,11 @@ fn magma(x: f64) -> [u8; 3] {
 }
 
 fn encode(width: usize, height: usize, pixels: &[[u8; 3]]) -> Result<Vec<u8>, CompareError> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(pixels.as_flattened())?;
-    writer.finish()?;
-    Ok(bytes)
+    Ok(png_file::encode(
+        [width as u32, height as u32],
+        pixels,
+        &[],
+    )?)
 }
 
 #[cfg(test)]

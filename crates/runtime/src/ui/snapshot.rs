@@ -3,6 +3,7 @@
 use crate::interactive::Display;
 use crate::viewer::Viewer;
 use strandlight_render::gpu::{Context, GpuError};
+use strandlight_scene::png_file;
 
 /// Bytes of a row of a copy are a multiple of this.
 const ROW: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
@@ -141,7 +142,7 @@ fn encode_pixels(display: Display<'_>) -> Result<Vec<u8>, png::EncodingError> {
         Display::Texture(_) => (&[][..], [0, 0]),
     };
     let pixels: Vec<[u8; 4]> = pixels.iter().map(straight).collect();
-    encode(width, height, &pixels)
+    png_file::encode([width, height], &pixels, &[])
 }
 
 /// The PNG of texels in rows of [`bytes_per_row`].
@@ -150,7 +151,7 @@ fn encode_rows(size: wgpu::Extent3d, bytes: &[u8]) -> Result<Vec<u8>, png::Encod
         .flat_map(|row| row[..4 * size.width as usize].as_chunks::<4>().0)
         .map(straight)
         .collect();
-    encode(size.width, size.height, &pixels)
+    png_file::encode([size.width, size.height], &pixels, &[])
 }
 
 /// Colour divided by alpha, as PNG has it.
@@ -160,18 +161,6 @@ fn straight(&[r, g, b, a]: &[u8; 4]) -> [u8; 4] {
         _ => ((u32::from(x) * 255 + u32::from(a) / 2) / u32::from(a)).min(255) as u8,
     };
     [divided(r), divided(g), divided(b), a]
-}
-
-fn encode(width: u32, height: u32, pixels: &[[u8; 4]]) -> Result<Vec<u8>, png::EncodingError> {
-    let mut file = Vec::new();
-    let mut encoder = png::Encoder::new(&mut file, width, height);
-    encoder.set_color(png::ColorType::Rgba);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(pixels.as_flattened())?;
-    writer.finish()?;
-    Ok(file)
 }
 
 #[cfg(test)]

@@ -53,21 +53,16 @@ pub fn azimuthal_eccentric(
         .sqrt()
         .min(1.5 * hair.caustic_width)
         .min(INDEX_TURN);
-    let n_panels = (2.0 * half / (2.0 * scale)).ceil().clamp(2.0, 400.0);
     let rule = GaussLegendre::new(8);
     let mut total = [0.0; 3];
-    for panel in 0..n_panels as u32 {
-        let a = -half + 2.0 * half * f64::from(panel) / n_panels;
-        let b = -half + 2.0 * half * f64::from(panel + 1) / n_panels;
-        for (x, weight) in rule.on(a, b) {
-            let phi_i = phi_j + x;
-            let eta = eta_star(hair.eta, hair.eccentricity, 0.5 * (phi_o + phi_i));
-            let section = FibreSection::of(hair, eta, theta_d, fresnel);
-            let value = blurred_function(&section, phi_o - phi_i, kappa_c);
-            let factor = weight * circular_gaussian(x, kappa);
-            for c in 0..3 {
-                total[c] += factor * value[c];
-            }
+    for (x, weight) in rule.on_panels(-half, half, 2.0 * scale, 2..=400) {
+        let phi_i = phi_j + x;
+        let eta = eta_star(hair.eta, hair.eccentricity, 0.5 * (phi_o + phi_i));
+        let section = FibreSection::of(hair, eta, theta_d, fresnel);
+        let value = blurred_function(&section, phi_o - phi_i, kappa_c);
+        let factor = weight * circular_gaussian(x, kappa);
+        for c in 0..3 {
+            total[c] += factor * value[c];
         }
     }
     total

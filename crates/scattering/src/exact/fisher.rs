@@ -96,13 +96,8 @@ mod tests {
         // Nothing is left 12 standard deviations off.
         let reach = 12.0 * lobe.variance.sqrt();
         let (low, high) = (low.max(lobe.mean - reach), high.min(lobe.mean + reach));
-        let n = ((high - low) / panel).ceil().max(1.0);
-        let step = (high - low) / n;
-        (0..n as u32)
-            .map(|ix| {
-                let a = low + step * f64::from(ix);
-                rule.integrate(a, a + step, |theta| lobe.density(theta))
-            })
+        rule.on_panels(low, high, panel, 1..=u32::MAX)
+            .map(|(theta, weight)| weight * lobe.density(theta))
             .sum()
     }
 

@@ -47,14 +47,10 @@ impl Forward {
     pub fn norm(&self) -> f64 {
         let (low, high) = self.window();
         let rule = GaussLegendre::new(12);
-        let n_panels = ((high - low) / self.sigma_f).ceil().max(4.0);
-        let step = (high - low) / n_panels;
-        let z: f64 = (0..n_panels as u32)
-            .map(|ix| {
-                let a = low + step * f64::from(ix);
-                rule.integrate(a, a + step, |theta_i| {
-                    unit_gaussian(theta_i, self.theta, self.sigma_f) * theta_i.cos()
-                })
+        let nodes = rule.on_panels(low, high, self.sigma_f, 4..=16);
+        let z: f64 = nodes
+            .map(|(theta_i, weight)| {
+                weight * unit_gaussian(theta_i, self.theta, self.sigma_f) * theta_i.cos()
             })
             .sum();
         z.recip()

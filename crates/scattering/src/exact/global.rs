@@ -86,19 +86,15 @@ fn azimuthal_elliptic(
     fresnel: Fresnel,
 ) -> [f64; 3] {
     let kappa_c = sharpness(hair.caustic_width);
-    let n_panels = (PI / (2.0 * hair.caustic_width)).ceil().clamp(4.0, 200.0);
     let rule = GaussLegendre::new(8);
-    let step = PI / n_panels;
     let mut total = [0.0; 3];
-    for panel in 0..n_panels as u32 {
-        let a = phi_j - FRAC_PI_2 + step * f64::from(panel);
-        for (phi_i, weight) in rule.on(a, a + step) {
-            let eta = eta_star(hair.eta, hair.eccentricity, 0.5 * (phi_o + phi_i));
-            let section = FibreSection::of(hair, eta, theta_d, fresnel);
-            let value = blurred_function(&section, phi_o - phi_i, kappa_c);
-            for c in 0..3 {
-                total[c] += weight / PI * value[c];
-            }
+    let [low, high] = [phi_j - FRAC_PI_2, phi_j + FRAC_PI_2];
+    for (phi_i, weight) in rule.on_panels(low, high, 2.0 * hair.caustic_width, 4..=200) {
+        let eta = eta_star(hair.eta, hair.eccentricity, 0.5 * (phi_o + phi_i));
+        let section = FibreSection::of(hair, eta, theta_d, fresnel);
+        let value = blurred_function(&section, phi_o - phi_i, kappa_c);
+        for c in 0..3 {
+            total[c] += weight / PI * value[c];
         }
     }
     total
@@ -144,36 +140,29 @@ fn global_with(
         .sqrt()
         .recip()
         .min(0.3);
-    let n_panels = ((high - low) / (panel * scale)).ceil().clamp(1.0, 400.0);
-    let step = (high - low) / n_panels;
     let rule = GaussLegendre::new(10);
+    let nodes = rule.on_panels(low, high, panel * scale, 1..=400);
     let blur = blur_of(lobe, hair);
     let (phi_j, phi_o) = (forward.phi, view.phi);
     let mut total = [0.0; 3];
     if let Some(m) = fisher {
-        let share: f64 = (0..n_panels as u32)
-            .map(|ix| {
-                let a = low + step * f64::from(ix);
-                rule.integrate(a, a + step, |theta_i| psi(theta_i) * m.density(theta_i))
-            })
+        let share: f64 = nodes
+            .map(|(theta_i, weight)| weight * psi(theta_i) * m.density(theta_i))
             .sum();
         let n = azimuthal_blurred(lobe, phi_j, phi_o, view.theta, hair, fresnel, &blur);
         return n.map(|n| share * n);
     }
-    for ix in 0..n_panels as u32 {
-        let a = low + step * f64::from(ix);
-        for (theta_i, weight) in rule.on(a, a + step) {
-            let theta_d = 0.5 * (view.theta - theta_i);
-            let ratio = theta_i.cos() / theta_d.cos();
-            let m = unit_gaussian(theta_i, mean, width);
-            let factor = weight * psi(theta_i) * m * ratio * ratio;
-            if factor == 0.0 {
-                continue;
-            }
-            let inner = azimuthal_blurred(lobe, phi_j, phi_o, theta_d, hair, fresnel, &blur);
-            for c in 0..3 {
-                total[c] += factor * inner[c];
-            }
+    for (theta_i, weight) in nodes {
+        let theta_d = 0.5 * (view.theta - theta_i);
+        let ratio = theta_i.cos() / theta_d.cos();
+        let m = unit_gaussian(theta_i, mean, width);
+        let factor = weight * psi(theta_i) * m * ratio * ratio;
+        if factor == 0.0 {
+            continue;
+        }
+        let inner = azimuthal_blurred(lobe, phi_j, phi_o, theta_d, hair, fresnel, &blur);
+        for c in 0..3 {
+            total[c] += factor * inner[c];
         }
     }
     total

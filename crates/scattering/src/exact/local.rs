@@ -105,33 +105,28 @@ fn outer(
         }
         scale = narrowest.min(0.1);
     }
-    let n_panels = ((high - low) / (panel * scale)).ceil().clamp(1.0, 1000.0);
-    let step = (high - low) / n_panels;
     let rule = GaussLegendre::new(6);
     let mut total = [0.0; 3];
-    for ix in 0..n_panels as u32 {
-        let a = low + step * f64::from(ix);
-        for (theta_i, weight) in rule.on(a, a + step) {
-            let ratio = theta_i.cos() / (0.5 * (view.theta - theta_i)).cos();
-            let lit = weight * light(theta_i);
-            if lit == 0.0 {
-                continue;
-            }
-            let found = back(0.5 * (theta_i - view.theta));
-            for (c, total) in total.iter_mut().enumerate() {
-                let centre = found.shift[c] - view.theta;
-                let sigma_b = found.width_2[c].sqrt();
-                *total += match found.model {
-                    Model::Marschner => {
-                        let g = unit_gaussian(theta_i, centre, sigma_b);
-                        lit * ratio * ratio * found.attenuation[c] * g
-                    }
-                    Model::Energy => {
-                        let m = FisherLobe::new(centre, sigma_b);
-                        lit * found.attenuation[c] * m.density(theta_i)
-                    }
-                };
-            }
+    for (theta_i, weight) in rule.on_panels(low, high, panel * scale, 1..=1000) {
+        let ratio = theta_i.cos() / (0.5 * (view.theta - theta_i)).cos();
+        let lit = weight * light(theta_i);
+        if lit == 0.0 {
+            continue;
+        }
+        let found = back(0.5 * (theta_i - view.theta));
+        for (c, total) in total.iter_mut().enumerate() {
+            let centre = found.shift[c] - view.theta;
+            let sigma_b = found.width_2[c].sqrt();
+            *total += match found.model {
+                Model::Marschner => {
+                    let g = unit_gaussian(theta_i, centre, sigma_b);
+                    lit * ratio * ratio * found.attenuation[c] * g
+                }
+                Model::Energy => {
+                    let m = FisherLobe::new(centre, sigma_b);
+                    lit * found.attenuation[c] * m.density(theta_i)
+                }
+            };
         }
     }
     total

@@ -114,32 +114,27 @@ fn single_with(
     let scale = (1.0 / (1.0 / (width * width) + 0.5 * kappa))
         .sqrt()
         .min(0.3);
-    let n_panels = ((high - low) / (panel * scale)).ceil().clamp(1.0, 400.0);
     let rule = GaussLegendre::new(10);
     let peak = 1.0 / (PI.sqrt() * width);
     let mut total = [0.0; 3];
-    for ix in 0..n_panels as u32 {
-        let a = low + (high - low) * f64::from(ix) / n_panels;
-        let b = low + (high - low) * f64::from(ix + 1) / n_panels;
-        for (theta_i, weight) in rule.on(a, b) {
-            let theta_d = 0.5 * (view.theta - theta_i);
-            let cos_i = theta_i.cos();
-            let factor = weight * peak * (-fall(theta_i)).exp() * (cos_i / theta_d.cos()).powi(2);
-            if factor == 0.0 {
-                continue;
-            }
-            let kappa_p = kappa * (cos_i * light.theta.cos()).max(0.0);
-            let inner = if lobe == Lobe::Trt && hair.eccentricity != 1.0 {
-                let lambda_p = (2.0 / kappa_p).sqrt();
-                azimuthal_eccentric(lambda_p, light.phi, view.phi, theta_d, hair, fresnel)
-            } else {
-                let section = FibreSection::of(hair, hair.eta, theta_d, fresnel);
-                let dphi = view.phi - light.phi;
-                azimuthal_section(lobe, kappa_p, dphi, &section, hair.caustic_width)
-            };
-            for c in 0..3 {
-                total[c] += factor * inner[c];
-            }
+    for (theta_i, weight) in rule.on_panels(low, high, panel * scale, 1..=400) {
+        let theta_d = 0.5 * (view.theta - theta_i);
+        let cos_i = theta_i.cos();
+        let factor = weight * peak * (-fall(theta_i)).exp() * (cos_i / theta_d.cos()).powi(2);
+        if factor == 0.0 {
+            continue;
+        }
+        let kappa_p = kappa * (cos_i * light.theta.cos()).max(0.0);
+        let inner = if lobe == Lobe::Trt && hair.eccentricity != 1.0 {
+            let lambda_p = (2.0 / kappa_p).sqrt();
+            azimuthal_eccentric(lambda_p, light.phi, view.phi, theta_d, hair, fresnel)
+        } else {
+            let section = FibreSection::of(hair, hair.eta, theta_d, fresnel);
+            let dphi = view.phi - light.phi;
+            azimuthal_section(lobe, kappa_p, dphi, &section, hair.caustic_width)
+        };
+        for c in 0..3 {
+            total[c] += factor * inner[c];
         }
     }
     total
@@ -165,26 +160,21 @@ fn single_energy(
     let scale = (1.0 / (1.0 / (width * width) + 0.5 * kappa))
         .sqrt()
         .min(0.3);
-    let n_panels = ((high - low) / (panel * scale)).ceil().clamp(1.0, 400.0);
     let section = FibreSection::of(hair, hair.eta, view.theta, fresnel);
     let further = residual(lobe, hair, &section);
     let rule = GaussLegendre::new(10);
     let mut total = [0.0; 3];
-    for ix in 0..n_panels as u32 {
-        let a = low + (high - low) * f64::from(ix) / n_panels;
-        let b = low + (high - low) * f64::from(ix + 1) / n_panels;
-        for (theta_i, weight) in rule.on(a, b) {
-            let factor = weight * m.density(theta_i) * (-from_light(theta_i)).exp();
-            if factor == 0.0 {
-                continue;
-            }
-            let kappa_p = kappa * (theta_i.cos() * light.theta.cos()).max(0.0);
-            let dphi = view.phi - light.phi;
-            let inner = azimuthal_section(lobe, kappa_p, dphi, &section, hair.caustic_width);
-            let even = bessel_i0_scaled(kappa_p);
-            for c in 0..3 {
-                total[c] += factor * (inner[c] + even * further[c]);
-            }
+    for (theta_i, weight) in rule.on_panels(low, high, panel * scale, 1..=400) {
+        let factor = weight * m.density(theta_i) * (-from_light(theta_i)).exp();
+        if factor == 0.0 {
+            continue;
+        }
+        let kappa_p = kappa * (theta_i.cos() * light.theta.cos()).max(0.0);
+        let dphi = view.phi - light.phi;
+        let inner = azimuthal_section(lobe, kappa_p, dphi, &section, hair.caustic_width);
+        let even = bessel_i0_scaled(kappa_p);
+        for c in 0..3 {
+            total[c] += factor * (inner[c] + even * further[c]);
         }
     }
     total

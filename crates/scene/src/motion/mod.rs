@@ -45,15 +45,8 @@ impl Motion {
         }
     }
 
-    /// The strands of the scene's groom in the space that they move in.
-    pub fn at_rest(&self, strands: Strands) -> Strands {
-        match self {
-            Motion::Wind(section) => wind::with_room(section, strands),
-            Motion::Sequence(_) => strands,
-        }
-    }
-
-    /// The hair at a time in seconds; `rest` is what [`Motion::at_rest`] answers.
+    /// The hair at a time in seconds; `rest` is that of a prepared scene, with room for the wind
+    /// ([`wind::with_room`]).
     ///
     /// # Errors
     /// A frame that cannot be read or has other strands, by name.

@@ -55,18 +55,13 @@ impl Truncated {
         let (a, b) = (self.low.max(-edge), self.high.min(edge));
         // Panels of half a width, shorter where a tail falls faster, and never beyond 0.1 rad.
         let scale = (0.5 / (1.0 + nearest.abs())).min(0.1 / self.width);
-        let n_panels = ((b - a) / scale).ceil().clamp(1.0, 400.0);
         let (mut total, mut mass) = ([0.0; N], 0.0);
-        for panel in 0..n_panels as u32 {
-            let start = a + (b - a) * f64::from(panel) / n_panels;
-            let end = a + (b - a) * f64::from(panel + 1) / n_panels;
-            for (z, weight) in rule.on(start, end) {
-                let weight = weight * (nearest * nearest - z * z).exp();
-                mass += weight;
-                let value = f(self.mean + self.width * z);
-                for (sum, x) in total.iter_mut().zip(value) {
-                    *sum += weight * x;
-                }
+        for (z, weight) in rule.on_panels(a, b, scale, 1..=400) {
+            let weight = weight * (nearest * nearest - z * z).exp();
+            mass += weight;
+            let value = f(self.mean + self.width * z);
+            for (sum, x) in total.iter_mut().zip(value) {
+                *sum += weight * x;
             }
         }
         total.map(|x| if mass > 0.0 { x / mass } else { 0.0 })
