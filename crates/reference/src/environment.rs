@@ -128,7 +128,7 @@ fn map_share(map: &MapSampler, lights: &LightSampler) -> f64 {
 pub struct LightSampler {
     lights: Vec<SrbfLight>,
     powers: Cumulative,
-    /// All lights, the last of which are dark if need be.
+    /// All lights, with dark ones in the lanes that are left.
     eights: Vec<EightLights>,
     /// Instructions of this machine.
     level: Level,
@@ -232,6 +232,8 @@ mod tests {
 
     use strandlight_images::Map;
 
+    use crate::rays::levels;
+
     fn lights() -> Environment {
         let light = |direction: [f32; 3], lambda, rgb| SrbfLight {
             direction: Vec3::from(direction).normalize().to_array(),
@@ -313,6 +315,55 @@ mod tests {
             })
             .sum();
         assert!((mass - 1.0).abs() < 0.02, "{mass}");
+    }
+
+    /// Of one light, a full vector, one more, and many.
+    #[test]
+    fn radiance_is_the_sum_of_the_lights() {
+        let mut random = SplitMix64(21);
+        for n in [1, 8, 9, 40] {
+            let lights: Vec<SrbfLight> = (0..n)
+                .map(|ix| {
+                    let mut within = || random.uniform(-1.0, 1.0) as f32;
+                    SrbfLight {
+                        direction: Vec3::new(within(), within(), within())
+                            .normalize()
+                            .to_array(),
+                        lambda: [0.01, 0.2, 0.7, 2.0][ix % 4],
+                        rgb: [1.5, 1.0, 0.5].map(|x| x * (1.1 + within())),
+                    }
+                })
+                .collect();
+            let mut sampler = LightSampler::new(&lights);
+            let directions: Vec<Vec3> = (lights.iter().map(|light| Vec3::from(light.direction)))
+                .chain((0..200).map(|_| {
+                    let mut within = || random.uniform(-1.0, 1.0) as f32;
+                    Vec3::new(within(), within(), within()).normalize()
+                }))
+                .collect();
+            for level in levels() {
+                sampler.level = level;
+                for &omega in &directions {
+                    let (found, _) = sampler.radiance(omega);
+                    for c in 0..3 {
+                        let expected: f64 = lights
+                            .iter()
+                            .map(|light| {
+                                let off = (omega - Vec3::from(light.direction)).as_dvec3();
+                                let lambda = f64::from(light.lambda);
+                                let value = (-off.length_squared() / (lambda * lambda)).exp();
+                                f64::from(light.rgb[c]) * value
+                            })
+                            .sum();
+                        let error = (f64::from(found[c]) - expected).abs();
+                        assert!(
+                            error < 1e-5 * expected + 1e-9,
+                            "{n}: {omega} {found:?} {expected}"
+                        );
+                    }
+                }
+            }
+        }
     }
 
     #[test]

@@ -158,7 +158,8 @@ impl Film {
                 observer(done as f64 / n_pixels as f64);
             });
         self.n_samples += n_samples;
-        self.sums.clear();
+        // What was there goes before there is room for as much again.
+        self.sums = Vec::new();
         self.sums.resize(n_pixels * spans.len(), Pixel::default());
         for (pixel, ix) in exposed.chunks_exact(spans.len()).zip(order) {
             self.sums[ix * spans.len()..][..spans.len()].copy_from_slice(pixel);

@@ -2,10 +2,12 @@ use strandlight_formats::SrbfLight;
 use strandlight_scattering::exact::{Light, View, single};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::{HairParams, Lobe, Model};
+use strandlight_scene::proxy::{Proxy, ProxyRecords};
 
 use super::super::environment::{LightSampler, MapSampler};
 use super::*;
 use crate::rays::Crossing;
+use crate::tests::proxies::{ellipsoid, of_triangles};
 use strandlight_images::Map;
 
 /// Mean and standard error of each channel.
@@ -324,7 +326,19 @@ fn paths_of_a_part_bring_what_whole_ones_bring_of_it() {
     };
     let bcsdf = bcsdf(&hair);
     let environment = furnace();
-    let tracer = || PathTracer::new(&strands, &rays, &bcsdf, &environment);
+    let ground = Proxy::Ground {
+        height: -0.8,
+        albedo: [0.7; 3],
+    };
+    let beside = [ground, ellipsoid(Vec3::new(-1.4, 0.0, 0.0))];
+    let proxies = ProxyRecords::new(&beside, &strands);
+    let meshes = [MeshRays::new(&of_triangles(Vec3::new(1.4, 0.0, 0.3)))];
+    let alone = || PathTracer::new(&strands, &rays, &bcsdf, &environment);
+    parts_are_those_of_the_whole(alone);
+    parts_are_those_of_the_whole(|| alone().with_proxies(proxies.list()).with_meshes(&meshes));
+}
+
+fn parts_are_those_of_the_whole<'a>(tracer: impl Fn() -> PathTracer<'a>) {
     let whole = tracer();
     let n_events = [
         Scattering::Single,
@@ -347,7 +361,9 @@ fn paths_of_a_part_bring_what_whole_ones_bring_of_it() {
                 Scattering::Local | Scattering::Total => traced.total,
             };
             assert_eq!(of(&part), of(&whole), "{scattering:?} {ix}");
-            n_events += part.events;
+            assert_eq!(part.matte, whole.matte, "{scattering:?} {ix}");
+            // Proxies are seen in all light.
+            n_events += if part.is_matte { 0 } else { part.events };
         }
         n_events
     });

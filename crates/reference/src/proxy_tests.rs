@@ -71,7 +71,7 @@ fn means(
     ]
 }
 
-fn ellipsoid(centre: Vec3) -> Proxy {
+pub(crate) fn ellipsoid(centre: Vec3) -> Proxy {
     Proxy::Ellipsoid {
         centre,
         radii: Vec3::new(1.0, 2.0, 1.5),
@@ -261,7 +261,7 @@ fn the_renderer_draws_proxies_as_the_methods_do() {
 }
 
 /// The ellipsoid of [`ellipsoid`], of triangles.
-fn of_triangles(centre: Vec3) -> MeshProxy {
+pub(crate) fn of_triangles(centre: Vec3) -> MeshProxy {
     let n = 96u32;
     let turn = Quat::from_rotation_x(0.4);
     let mut positions = Vec::new();

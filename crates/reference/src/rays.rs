@@ -7,7 +7,7 @@
 //! the two lines lies inside the segment and nearer than the fibre's radius there. That is what
 //! the rasteriser draws, and what `sigma_t = D rho sqrt(1 - (t.d)^2)` counts.
 
-mod walk;
+mod traversal;
 
 use std::ops::ControlFlow;
 use std::time::Duration;
@@ -20,7 +20,7 @@ use obvhs::cwbvh::node::CwBvhNode;
 use strandlight_scattering::wide::{Level, dispatch};
 use strandlight_scene::strands::Strands;
 
-use walk::{Line, Visit, walk};
+use traversal::{Ray, Visit, traverse};
 
 /// Where a ray crosses a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -221,7 +221,7 @@ impl Rays {
     /// The first crossing along `direction` (a unit vector).
     pub fn nearest(&self, start: &Start, direction: Vec3) -> Option<Crossing> {
         let mut nearest: Option<Crossing> = None;
-        self.walk(
+        self.traverse(
             start,
             direction,
             #[inline(always)]
@@ -239,7 +239,7 @@ impl Rays {
     /// Whether anything lies along `direction` (a unit vector).
     pub fn is_blocked(&self, start: &Start, direction: Vec3) -> bool {
         let mut is_blocked = false;
-        self.walk(
+        self.traverse(
             start,
             direction,
             #[inline(always)]
@@ -254,9 +254,9 @@ impl Rays {
         is_blocked
     }
 
-    /// Calls `found` once for every crossing along `direction` (a unit vector), about by distance.
+    /// Calls `found` once for every crossing along `direction` (a unit vector): nearer nodes first, not sorted.
     pub fn crossings(&self, start: &Start, direction: Vec3, mut found: impl FnMut(Crossing)) {
-        self.walk(
+        self.traverse(
             start,
             direction,
             #[inline(always)]
@@ -269,12 +269,12 @@ impl Rays {
         );
     }
 
-    /// [`walk`] with this machine's instructions.
+    /// [`traverse`] with this machine's instructions.
     #[inline(always)]
-    fn walk(&self, start: &Start, direction: Vec3, visit: impl Visit) {
-        let line = Line::new(start.position, direction);
+    fn traverse(&self, start: &Start, direction: Vec3, visit: impl Visit) {
+        let ray = Ray::new(start.position, direction);
         let nodes = &self.nodes;
-        dispatch!(self.level, simd => walk(simd, nodes, &line, visit));
+        dispatch!(self.level, simd => traverse(simd, nodes, &ray, visit));
     }
 
     /// The crossing of one piece.
@@ -301,6 +301,19 @@ fn bounds(piece: &Piece) -> Aabb {
     // Rounding of the ray's point and of the box test.
     let reach = reach + 1e-2 * radius + 4e-6 * a.abs().max(b.abs());
     Aabb::new(Vec3A::from(a.min(b) - reach), Vec3A::from(a.max(b) + reach))
+}
+
+/// The instruction sets of this machine that answers are tested with: the best, and what all have.
+#[cfg(test)]
+pub(crate) fn levels() -> Vec<Level> {
+    let best = Level::new();
+    let mut levels = vec![best];
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    levels.extend(
+        best.as_sse2()
+            .map(strandlight_scattering::wide::Simd::level),
+    );
+    levels
 }
 
 #[cfg(test)]
@@ -374,7 +387,7 @@ mod tests {
     #[test]
     fn every_query_finds_what_brute_force_finds() {
         let strands = curls();
-        let rays = Rays::new(&strands);
+        let mut rays = Rays::new(&strands);
         assert!(rays.pieces.len() > strands.segments.len(), "some are cut");
         let mut random = SplitMix64(5);
         let (mut n_crossings, mut n_blocked) = (0, 0);
@@ -392,13 +405,16 @@ mod tests {
                 }
             };
             let expected = by_brute_force(&strands, &start, direction);
-            let mut found = Vec::new();
-            rays.crossings(&start, direction, |crossing| found.push(crossing));
-            found.sort_by(|a, b| a.t.total_cmp(&b.t));
-            assert_eq!(found, expected, "ray {ix}");
-            let nearest = rays.nearest(&start, direction).map(|crossing| crossing.t);
-            assert_eq!(nearest, expected.first().map(|crossing| crossing.t));
-            assert_eq!(rays.is_blocked(&start, direction), !expected.is_empty());
+            for level in levels() {
+                rays.level = level;
+                let mut found = Vec::new();
+                rays.crossings(&start, direction, |crossing| found.push(crossing));
+                found.sort_by(|a, b| a.t.total_cmp(&b.t));
+                assert_eq!(found, expected, "ray {ix}");
+                let nearest = rays.nearest(&start, direction).map(|crossing| crossing.t);
+                assert_eq!(nearest, expected.first().map(|crossing| crossing.t));
+                assert_eq!(rays.is_blocked(&start, direction), !expected.is_empty());
+            }
             n_crossings += expected.len();
             n_blocked += usize::from(!expected.is_empty());
         }

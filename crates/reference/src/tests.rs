@@ -7,7 +7,7 @@ mod painted;
 #[path = "part_tests.rs"]
 mod part_tests;
 #[path = "proxy_tests.rs"]
-mod proxies;
+pub(crate) mod proxies;
 
 use glam::Vec3;
 use strandlight_formats::{BakedFile, Groom, LightSet, Scene, SrbfLight};

@@ -14,7 +14,7 @@ pub fn erf(x: f64) -> f64 {
         return 1.0f64.copysign(x);
     }
     if a > 2.5 {
-        // Next to 1 the fewer digits count the smaller the tail is.
+        // Next to 1 fewer digits of the tail count the smaller it is.
         let levels = levels(a, 37.0 - a * a);
         return (1.0 - exp_minus_square(a) * erfcx_fraction(a, levels)).copysign(x);
     }
@@ -111,11 +111,11 @@ fn erfcx_tail(x: f64) -> f64 {
     erfcx_fraction(x, levels(x, 40.0))
 }
 
-/// From which level on [`erfcx_fraction`] is off by less than `exp(-digits)` of itself: what n levels leave out
-/// is about `exp(-2 x sqrt(2 n))`, and somewhat more where they are few.
-fn levels(x: f64, digits: f64) -> u32 {
-    let digits = digits.max(0.0);
-    (0.125 * (digits / x).powi(2) + 0.3 * digits) as u32 + 1
+/// Levels of [`erfcx_fraction`] that leave out no more than a few times `exp(-exponent)` of it: n leave out about
+/// `exp(-2 x sqrt(2 n))`, and somewhat more where they are few.
+fn levels(x: f64, exponent: f64) -> u32 {
+    let exponent = exponent.max(0.0);
+    (0.125 * (exponent / x).powi(2) + 0.3 * exponent) as u32 + 1
 }
 
 /// exp(x^2) erfc(x) for x >= 1: continued fraction `1/(x + (1/2)/(x + 1/(x + (3/2)/(x + ...` over

@@ -12,7 +12,7 @@
 //!
 //! Functions are generic over the instruction set, a [`Simd`] token, and inlined into their caller.
 //! [`dispatch!`] picks AVX2 with FMA, or else what every processor of the target has (SSE2, NEON,
-//! simd128 where the page's build says so, or nothing), and runs a closure with its token; it belongs around much work, such as a few hundred points. Closures that are handed on to other
+//! simd128 where the page's build says so, or nothing), and runs a closure with its token; it belongs around some work, at least a ray or all lights. Closures that are handed on to other
 //! functions (`array::map` among them) lose the instruction set: inside, loops are loops.
 //!
 //! Differences from the scalar code are within 1e-5 of a value or of a hundredth of the largest one.
