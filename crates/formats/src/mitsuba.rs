@@ -55,7 +55,8 @@ impl GroomFormat for MitsubaFormat {
         &INFO
     }
 
-    /// Four numbers on each line, the last one not negative.
+    /// Four numbers on each line, the last one not negative; on most after a comment that states the shape, for
+    /// what is damaged there the reader tells.
     fn sniff(&self, start: &[u8]) -> Sniff {
         let is_whole = start.len() < SNIFF_BYTES;
         // The last line may be cut.
@@ -63,18 +64,21 @@ impl GroomFormat for MitsubaFormat {
             Some(end) if !is_whole => end,
             _ => start.len(),
         };
-        let mut n_points = 0;
+        let (mut n_points, mut n_others) = (0, 0);
+        let mut is_stated = false;
         for line in lines(&start[..end]) {
-            let (point, _) = split_comment(line.bytes);
+            let (point, comment) = split_comment(line.bytes);
+            is_stated |= basis_of(comment).is_some();
             match numbers::<4>(words(point)) {
                 Some([.., radius]) if radius >= 0.0 => n_points += 1,
                 None if words(point).next().is_none() => {}
+                _ if is_stated => n_others += 1,
                 _ => return Sniff::No,
             }
         }
-        match n_points {
-            0 | 1 => Sniff::No,
-            _ => Sniff::Likely,
+        match n_points > 1 && n_points > n_others {
+            true => Sniff::Likely,
+            false => Sniff::No,
         }
     }
 
@@ -93,6 +97,16 @@ fn split_comment(line: &[u8]) -> (&[u8], &[u8]) {
         Some(at) => (&line[..at], &line[at + 1..]),
         None => (line, &[]),
     }
+}
+
+/// The shape that a comment states.
+fn basis_of(comment: &[u8]) -> Option<CurveBasis> {
+    let of_word = |word| match std::str::from_utf8(word) {
+        Ok(LINEAR) => Some(CurveBasis::Linear),
+        Ok(SPLINE) => Some(CurveBasis::BSpline),
+        _ => None,
+    };
+    words(comment).filter_map(of_word).last()
 }
 
 fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
@@ -115,13 +129,7 @@ fn control_points(bytes: &[u8], options: &ImportOptions) -> Result<ControlPoints
     let mut in_curve = false;
     for line in lines(bytes) {
         let (point, comment) = split_comment(line.bytes);
-        for word in words(comment) {
-            match std::str::from_utf8(word) {
-                Ok(LINEAR) => found.basis = Some(CurveBasis::Linear),
-                Ok(SPLINE) => found.basis = Some(CurveBasis::BSpline),
-                _ => {}
-            }
-        }
+        found.basis = basis_of(comment).or(found.basis);
         if words(point).next().is_none() {
             in_curve = false;
             continue;

@@ -282,6 +282,9 @@ fn bad_scripts_are_refused_in_one_line() {
     script("kind.json", r#"[{"frame": "a"}, {"colour": 1}]"#);
     script("key.json", r#"[{"set": {"hair.eta": 9}}]"#);
     script("undo.json", r#"[{"undo": 1}]"#);
+    fs::create_dir(at.join("d")).expect("a folder");
+    script("d/timings.json", r#"[{"frame": "a"}]"#);
+    script("d/a.png", r#"[{"frame": "a"}]"#);
     script("exr.json", r#"[{"frame": "a.exr"}]"#);
     script("jpg.json", r#"[{"frame": "a.jpg"}, {"frame": "../b"}]"#);
     for (args, needles) in [
@@ -296,6 +299,26 @@ fn bad_scripts_are_refused_in_one_line() {
         (
             &["a.toml", "--script", "undo.json", "--out", "o"],
             &["step 0", "no step to undo"],
+        ),
+        (
+            &[
+                "a.toml",
+                "--script",
+                "undo.json",
+                "--out",
+                "o",
+                "--set",
+                "hair.eta=1.4",
+            ],
+            &["step 0", "no step to undo"],
+        ),
+        (
+            &["a.toml", "--script", "d/timings.json", "--out", "d"],
+            &["d/timings.json", "is an input"],
+        ),
+        (
+            &["a.toml", "--script", "d/a.png", "--out", "d"],
+            &["d/a.png", "is an input"],
         ),
         (
             &["a.toml", "--script", "exr.json", "--out", "o"],
@@ -350,6 +373,10 @@ fn bad_scripts_are_refused_in_one_line() {
         (
             &["--turntable", "2", "-o", "o", "--transmittance", "ray"],
             &["--transmittance"],
+        ),
+        (
+            &["--script", "undo.json", "-o", "o", "--set", "hair.eta=1.4"],
+            &["step 0", "no step to undo"],
         ),
         (&["-o", "a.png", "--set", "hair.eta=9"], &["hair.eta"]),
     ] {

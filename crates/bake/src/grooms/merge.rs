@@ -208,7 +208,9 @@ fn group(grooms: &mut [Groom], names: &[&str], notes: &mut Vec<String>) -> Vec<(
     if named.len() > MOST_LISTED {
         list.push(format!("{} more", named.len() - MOST_LISTED));
     }
-    notes.push(format!("{GROUP}: {}", list.join(", ")));
+    if !list.is_empty() {
+        notes.push(format!("{GROUP}: {}", list.join(", ")));
+    }
     let named = named.into_iter();
     named
         .map(|(id, name)| (format!("{GROUP_NAME}{id}"), name))

@@ -1,7 +1,8 @@
 //! Versions 3 and 4, binary.
 
 use super::layout::{
-    COLOR, INFO, INVERSE_MASS, POINT_UV, THICKNESS, held_at_both_ends, placement, usual_notes,
+    COLOR, INFO, INVERSE_MASS, POINT_UV, THICKNESS, held_at_both_ends, placement, set_version,
+    usual_notes,
 };
 use crate::bytes::{f32_at, point_at, u32_at};
 use crate::error::{Error, Result};
@@ -84,6 +85,7 @@ pub(super) fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
     let n_follow = if version == 3 { u32_at(header, 12) } else { 0 };
     let mut notes = usual_notes(version, n_strands, n_follow, options);
     let mut groom = list.finish(INFO.name, &mut notes)?;
+    set_version(&mut groom, version);
 
     if version == 4 {
         let masses = positions

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::binary::{ARRAYS, POSITIONS_AT, V4_HEADER_BYTES};
-use super::layout::{INFO, INVERSE_MASS};
+use super::layout::{INVERSE_MASS, placement_for_export};
 use crate::bytes::extend_floats;
 use crate::error::{Error, Result};
 use crate::groom::{Attribute, Domain, Groom};
@@ -14,7 +14,7 @@ use crate::validate::in_range;
 const N_POINTS: std::ops::RangeInclusive<usize> = 4..=64;
 
 pub(super) fn write(groom: &Groom, options: &ExportOptions) -> Result<Export> {
-    let placement = options.placement(groom, &INFO);
+    let placement = placement_for_export(groom, options);
     let (groom, note) = of_equal_strands(groom)?;
     let n_strands = groom.n_strands();
     let masses = masses(&groom)?;

@@ -2,8 +2,8 @@
 
 use crate::groom::{Attribute, Domain, Groom, UpAxis};
 use crate::groom_format::{
-    AttributeSupport, Capabilities, CurveBasis, FormatInfo, ImportOptions, Note, NoteKind,
-    Placement,
+    AttributeSupport, Capabilities, CurveBasis, ExportOptions, FormatInfo, ImportOptions, Note,
+    NoteKind, Placement,
 };
 use crate::strand_list::attribute;
 
@@ -39,6 +39,29 @@ pub fn placement(version: u32, options: &ImportOptions) -> Placement {
     Placement {
         cm_per_unit: options.cm_per_unit.unwrap_or(usual),
         ..options.placement(&INFO)
+    }
+}
+
+/// Marks in the [`crate::Original`] of `groom` that it comes from a file of another version than the one that is
+/// written.
+pub fn set_version(groom: &mut Groom, version: u32) {
+    if let (Some(original), false) = (&mut groom.source.original, version == 4) {
+        original.data = version.to_le_bytes().to_vec();
+    }
+}
+
+/// Where the points of `groom` go in a file of version 4: its unit is that of the file that the groom comes
+/// from only if that was of version 4 as well.
+pub fn placement_for_export(groom: &Groom, options: &ExportOptions) -> Placement {
+    let placement = options.placement(groom, &INFO);
+    let is_other_version =
+        (groom.source.original_of(INFO.name)).is_some_and(|data| !data.is_empty());
+    Placement {
+        cm_per_unit: match options.cm_per_unit {
+            None if is_other_version => INFO.cm_per_unit,
+            _ => placement.cm_per_unit,
+        },
+        ..placement
     }
 }
 

@@ -1,6 +1,6 @@
 //! Version 2, text.
 
-use super::layout::{INFO, held_at_both_ends, placement, usual_notes};
+use super::layout::{INFO, held_at_both_ends, placement, set_version, usual_notes};
 use crate::error::{Error, Result};
 use crate::groom::Domain;
 use crate::groom_format::{Import, ImportOptions, Note, NoteKind};
@@ -90,6 +90,7 @@ pub(super) fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
         notes.push(Note::new(NoteKind::Dropped, what));
     }
     let mut groom = list.finish(INFO.name, &mut notes)?;
+    set_version(&mut groom, 2);
     match uvs.iter().all(|&x| x == 0.0) {
         true => {
             let what = "texture coordinates are left out: all are 0";

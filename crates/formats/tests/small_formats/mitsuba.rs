@@ -101,3 +101,29 @@ fn mitsuba_files_that_say_nothing_are_splines_where_they_can_be() {
         assert!(message.contains(needle), "{message:?} lacks {needle:?}");
     }
 }
+
+/// What is damaged in a file that says what it is, the reader tells, wherever it is.
+#[test]
+fn a_stated_shape_is_known_by_a_damaged_start() {
+    let bytes = export(&groom(&[20, 20]), "mitsuba").bytes;
+    let text = String::from_utf8(bytes).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let with = |line: usize, by: &str| {
+        let mut lines = lines.clone();
+        lines[line] = by;
+        lines.join("\n")
+    };
+    let is_known = |text: &str| {
+        let file = SourceFile::from_bytes(text.as_bytes());
+        file.is_ok_and(|file| file.format().info().name == "mitsuba")
+    };
+    for text in [
+        with(3, "0 nan 0 0.004"),
+        with(3, "0 1 0"),
+        with(3, "0 1 0 -0.004"),
+    ] {
+        assert!(is_known(&text), "{text}");
+        assert!(!is_known(&text.replace(" # linearcurve", "")));
+    }
+    assert!(!is_known("import curves # linearcurve\n1 2 3 4\nx = 3\n"));
+}

@@ -222,16 +222,25 @@ impl Names {
         }
     }
 
-    /// The names of layers, for a person who asked for another.
+    /// The names of layers, for a person who asked for another; without what files of samples keep to be gone
+    /// on with.
     fn layers(&self) -> String {
+        /// Most that are named.
+        const MOST: usize = 12;
         let mut layers: Vec<&str> = Vec::new();
         for (name, _) in &self.0 {
             let layer = name.rfind('.').map_or("(plain)", |at| &name[..at]);
-            if !layers.contains(&layer) && layers.len() < 12 {
+            let first = layer.split('.').next().unwrap_or(layer);
+            if !layers.contains(&layer) && !["sums", "bits", "behind"].contains(&first) {
                 layers.push(layer);
             }
         }
-        layers.join(", ")
+        let more = layers.len().saturating_sub(MOST);
+        layers.truncate(MOST);
+        match more {
+            0 => layers.join(", "),
+            _ => format!("{} and {more} more", layers.join(", ")),
+        }
     }
 }
 

@@ -96,6 +96,13 @@ fn layers_by_name() {
         error.contains("global") && error.contains("single"),
         "{error}"
     );
+    let names = (0..14).map(|ix| format!("{ix:02}.R"));
+    let names = names.chain(["sums.0.total.R", "bits.R", "behind.R"].map(String::from));
+    let found = Names(names.map(|name| (name, (0, 0))).collect()).layers();
+    assert!(
+        found.starts_with("00, 01, ") && found.ends_with(", 11 and 2 more"),
+        "{found}"
+    );
 }
 
 #[test]

@@ -24,7 +24,9 @@ use crate::cli::{
 pub fn run(args: &Args) -> Outcome {
     let start = Instant::now();
     let mut session = Session::open(&args.scene).map_err(Failure::input)?;
-    session.set(&args.keys()).map_err(Failure::input)?;
+    session
+        .apply_cli_overrides(&args.keys())
+        .map_err(Failure::input)?;
     let script = match (&args.script, args.turntable) {
         (Some(path), _) => read(path)?,
         (None, Some(n)) => Script::turntable(&session.camera(), n),

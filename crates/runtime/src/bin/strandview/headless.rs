@@ -46,7 +46,7 @@ fn scene_of(args: &Args) -> &Path {
 
 fn open(args: &Args) -> Answer<Session> {
     let mut session = Session::open(scene_of(args))?;
-    session.set(&args.set)?;
+    session.apply_cli_overrides(&args.set)?;
     Ok(session)
 }
 
@@ -70,11 +70,7 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
         return Err(named("the name must end in .png".to_owned()).into());
     }
     let target = target.map_err(|error| named(format!("cannot be written: {error}")))?;
-    if let (OutputTarget::File(file), Ok(scene)) = (&target, scene_of(args).canonicalize())
-        && *file == scene
-    {
-        return Err(named("is the scene; name another output".to_owned()).into());
-    }
+    check_no_input(args, path, &target)?;
     // What is wrong with the scene is said before a device is opened.
     let session = open(args)?;
     check_not_of_scene(session.scene(), path, &target)?;
@@ -95,6 +91,23 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
         // It holds the picture.
         OutputTarget::Stdout => Ok(()),
         _ => say(line_about(path, &picture, &stats, seconds)),
+    }
+}
+
+/// Refuses an output that is the scene or the script.
+fn check_no_input(args: &Args, path: &Path, target: &OutputTarget) -> Answer<()> {
+    let script = match &args.job {
+        Job::Script(script) => Some(script.as_path()),
+        _ => None,
+    };
+    let mut inputs = [Some(scene_of(args)), script].into_iter().flatten();
+    let is_output = |input: &Path| {
+        let input = input.canonicalize();
+        matches!((target, input), (OutputTarget::File(file), Ok(input)) if *file == input)
+    };
+    match inputs.any(is_output) {
+        true => Err(format!("{}: is an input; name another output", path.display()).into()),
+        false => Ok(()),
     }
 }
 
@@ -127,11 +140,13 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
     let cannot = |error| format!("{}: cannot be made: {error}", out.display());
     std::fs::create_dir_all(out).map_err(cannot)?;
     let times = out.join("timings.json");
-    for path in files.iter().map(|file| out.join(file)) {
+    check_writable(&times).map_err(|error| cannot_write(&times, &error))?;
+    let outputs = files.iter().map(|file| out.join(file));
+    for path in outputs.chain([times.clone()]) {
         let target = output_target(&path).map_err(|error| cannot_write(&path, &error))?;
+        check_no_input(args, &path, &target)?;
         check_not_of_scene(session.scene(), &path, &target)?;
     }
-    check_writable(&times).map_err(|error| cannot_write(&times, &error))?;
     let mut viewer = viewer(args, session)?;
     viewer.set_time(args.time)?;
     let opened = 1e3 * start.elapsed().as_secs_f64();
