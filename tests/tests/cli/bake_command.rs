@@ -586,6 +586,12 @@ fn a_report_lists_the_worst_first_and_what_changed() {
         "bake report bake.toml -o r.json --since bake.toml",
         &["not a bake report"],
     );
+    fs::write(at.join("newer.json"), r#"{"version": 9, "items": []}"#).expect("written");
+    refused(
+        at,
+        "bake report bake.toml -o r.json --since newer.json",
+        &["newer.json", "its version is 9"],
+    );
 }
 
 #[test]

@@ -225,6 +225,10 @@ fn frames_become_grooms_and_back() {
             let input = Groom::read(&at.join(format!("in.{frame}.groom"))).expect("a groom");
             assert!(distance(&back, &input) < 2e-3, "{name}: frame {frame}");
         }
+        // Scenes play grooms alone.
+        let line = format!("groom convert {name}.{end} --frames 0..1 -o {name}.%d.hair");
+        let (said, _) = done(at, &line);
+        assert!(!said.contains("[motion]"), "{said}");
         // One frame, and from one file that moves to another.
         let (_, notes) = done(
             at,

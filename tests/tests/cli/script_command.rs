@@ -294,7 +294,7 @@ fn bad_scripts_are_refused_in_one_line() {
         ),
         (
             &["a.toml", "--script", "key.json", "--out", "o"],
-            &["step 0", "hair.eta"],
+            &["key.json: step 0", "hair.eta"],
         ),
         (
             &["a.toml", "--script", "undo.json", "--out", "o"],
@@ -376,7 +376,7 @@ fn bad_scripts_are_refused_in_one_line() {
         ),
         (
             &["--script", "undo.json", "-o", "o", "--set", "hair.eta=1.4"],
-            &["step 0", "no step to undo"],
+            &["undo.json: step 0", "no step to undo"],
         ),
         (&["-o", "a.png", "--set", "hair.eta=9"], &["hair.eta"]),
     ] {

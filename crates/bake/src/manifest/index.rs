@@ -12,6 +12,9 @@ use super::judge::{Judgement, State};
 /// The figure that items are sorted by: larger is worse.
 pub const WORST_BY: &str = "fibre_error";
 
+/// Version of the index.
+pub const INDEX_VERSION: u64 = 1;
+
 /// The index of `judged` as JSON, compared with the earlier one `before`, if there is one. Equal
 /// files give equal bytes: there are no times in it.
 pub fn index(judged: &[(&Item, Judgement)], before: Option<&Value>) -> Value {
@@ -37,7 +40,7 @@ pub fn index(judged: &[(&Item, Judgement)], before: Option<&Value>) -> Value {
         .collect();
     let mut document = json!({
         "kind": "strandlight bake report",
-        "version": 1,
+        "version": INDEX_VERSION,
         "tool_version": tool_version(),
         "counts": counts,
         "items": rows,

@@ -34,7 +34,7 @@ pub use engine::{Bakery, Event, Observer, RunOptions, Summary, run};
 pub use failure::Failure;
 pub use farm::{Farm, Job, farm_job};
 pub use html::html;
-pub use index::index;
+pub use index::{INDEX_VERSION, index};
 pub use item::{Item, Output, Resolved, items, unknown_key};
 pub use judge::{Judgement, Reason, State, judge};
 pub use record::{FileRecord, Fingerprint, Made, Record};

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use strandlight_bake::manifest::{html, index};
+use strandlight_bake::manifest::{INDEX_VERSION, html, index};
 use strandlight_formats::read_file;
 
 use super::exit::write;
@@ -64,8 +64,14 @@ fn read_report(path: &Path) -> Result<Value, Failure> {
     let not = |what: &str| Failure::file(path, format!("not a bake report: {what}"));
     let document: Value =
         serde_json::from_slice(&bytes).map_err(|error| not(&error.to_string()))?;
-    match document["items"].is_array() {
-        true => Ok(document),
-        false => Err(not("it has no items")),
+    if !document["items"].is_array() {
+        return Err(not("it has no items"));
+    }
+    match document["version"].as_u64() {
+        Some(INDEX_VERSION) => Ok(document),
+        _ => {
+            let found = &document["version"];
+            Err(not(&format!("its version is {found}, not {INDEX_VERSION}")))
+        }
     }
 }

@@ -127,6 +127,10 @@ pub fn write_sequence(
         progress.advance(1);
     }
     progress.finish();
+    // Scenes play grooms alone.
+    if !target.is_groom() {
+        return Ok(());
+    }
     motion_lines(&names, frames_per_second(&chosen))
         .into_iter()
         .try_for_each(print_line)

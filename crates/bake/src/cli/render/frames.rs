@@ -35,7 +35,10 @@ pub fn run(args: &Args) -> Outcome {
     for frame in script.frames() {
         format_of(&file_of(frame))?;
     }
-    script.check(&session).map_err(Failure::input)?;
+    script.check(&session).map_err(|error| match &args.script {
+        Some(path) => Failure::file(path, error),
+        None => Failure::input(error),
+    })?;
     let folder = &args.output;
     output_folder(folder)?;
     let shard = args.shard.shard;

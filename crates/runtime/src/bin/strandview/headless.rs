@@ -136,7 +136,10 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
             return Err(format!("frame {}: a second {}", frame.name, file.display()).into());
         }
     }
-    script.check(&session)?;
+    script.check(&session).map_err(|error| match &args.job {
+        Job::Script(path) => format!("{}: {error}", path.display()),
+        _ => error.to_string(),
+    })?;
     let cannot = |error| format!("{}: cannot be made: {error}", out.display());
     std::fs::create_dir_all(out).map_err(cannot)?;
     let times = out.join("timings.json");
