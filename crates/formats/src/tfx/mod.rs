@@ -43,6 +43,8 @@
 //! **Version 4 is written.** A file of it whose arrays stand in the order of the table without gaps
 //! comes back byte for byte with a unit of 1 cm. Strands of unequal lengths, or of another number
 //! of points than the table has, are resampled by arc length, which a note says.
+//! What is kept in the groom's [`crate::Original`]: of files of versions 2 and 3 the version, u32, since their
+//! unit is not that of the file that is written; of version 4 nothing.
 
 mod binary;
 mod export;
