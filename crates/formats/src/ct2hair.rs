@@ -38,6 +38,7 @@ static INFO: FormatInfo = FormatInfo {
         attributes: AttributeSupport::Only(&[]),
         bases: &[CurveBasis::Linear],
         frames: false,
+        objects: false,
     },
 };
 

@@ -52,6 +52,8 @@ pub struct Capabilities {
     pub bases: &'static [CurveBasis],
     /// A file can hold several points in time.
     pub frames: bool,
+    /// A file is a tree of named objects: what [`ImportOptions::object`] chooses from.
+    pub objects: bool,
 }
 
 /// The attributes that a file of a format can hold.

@@ -42,6 +42,7 @@ static INFO: FormatInfo = FormatInfo {
         attributes: AttributeSupport::Only(&["thickness", "diameter"]),
         bases: &[CurveBasis::Linear, CurveBasis::BSpline],
         frames: false,
+        objects: false,
     },
 };
 

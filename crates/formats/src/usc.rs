@@ -44,6 +44,7 @@ static INFO: FormatInfo = FormatInfo {
         attributes: AttributeSupport::Only(&[]),
         bases: &[CurveBasis::Linear],
         frames: false,
+        objects: false,
     },
 };
 

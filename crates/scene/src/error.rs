@@ -167,7 +167,7 @@ impl SceneError {
 pub enum GroupFault {
     /// The light set does not have it.
     Missing,
-    /// Another group has it.
+    /// A group has it already.
     Shared,
 }
 
@@ -175,7 +175,7 @@ impl std::fmt::Display for GroupFault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             GroupFault::Missing => "is not in the light set",
-            GroupFault::Shared => "is in two groups",
+            GroupFault::Shared => "is in a group already",
         })
     }
 }

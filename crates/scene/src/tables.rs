@@ -170,6 +170,20 @@ impl ShadingTables {
         })
     }
 
+    /// Takes what the renderer's scheme needs out of a file: as [`ShadingTables::from_file`], but of a
+    /// lean one ([`is_lean`]) `C` alone; `H_TT` and `H_TRT` must not be sampled then.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn whole_or_lean(file: &TableFile) -> Result<ShadingTables, TablesError> {
+        let modes = if is_lean(file) {
+            &Lobe::ALL[..1]
+        } else {
+            &Lobe::ALL
+        };
+        ShadingTables::for_modes(file, modes)
+    }
+
     /// The view that the closed forms sample.
     pub fn view(&self) -> Tables<'_> {
         Tables {
@@ -184,6 +198,14 @@ impl ShadingTables {
     pub fn axes(&self) -> &TableAxes {
         &self.axes
     }
+}
+
+/// Whether `file` has neither `H_TT` nor `H_TRT`, which only the paper's scheme reads: what
+/// `strandlight tables --lean` writes.
+pub fn is_lean(file: &TableFile) -> bool {
+    [Lobe::Tt, Lobe::Trt]
+        .iter()
+        .all(|&mode| file.table(table_of(mode)).is_none())
 }
 
 /// Takes the lobes of TT or TRT out of a file, to be sliced for a fibre.

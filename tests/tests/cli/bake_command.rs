@@ -633,6 +633,7 @@ fn plans_have_a_task_for_each_shard() {
         assert!(done(at, &format!("bake plan bake.toml {farm}")).contains("bake.toml"));
     }
     refused(at, "bake plan bake.toml", &["--slurm"]);
+    refused(at, "bake plan - --commands", &["tasks", "standard input"]);
     refused(
         at,
         "bake plan bake.toml --slurm --k8s",

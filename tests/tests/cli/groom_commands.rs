@@ -356,6 +356,20 @@ fn a_name_promises_no_other_format() {
         refused(at, line, &["is written as"]);
     }
     done(at, "groom convert a.groom -o b.other --format usd");
+    for line in [
+        "groom generate --style bob --strands 5 -o b.usda",
+        "groom import b.other -o b.abc",
+        "groom import b.other --frames 0..0 -o b.%04d.usda",
+    ] {
+        refused(at, line, &["a .groom is written"]);
+    }
+    done(at, "groom import b.other --prim / -o b.groom");
+    done(at, "groom convert a.groom -o a.hair");
+    refused(
+        at,
+        "groom import a.hair --prim / -o b.groom",
+        &["a.hair", "--prim", "no named objects"],
+    );
 }
 
 #[test]

@@ -321,6 +321,44 @@ fn tables_without_lobes_answer_what_needs_none() {
     assert!(message.contains("lobes_TT_shapes"), "{message}");
 }
 
+/// Drawing reads no H: what `tables --lean` writes answers as the whole file does.
+#[test]
+fn lean_tables_answer_all_but_h() {
+    let lean = project_root().join("data/lean.tables");
+    let lines = queries(7);
+    for method in ["runtime", "reference"] {
+        let answers = |tables: &[&std::ffi::OsStr]| {
+            let mut command = strandlight();
+            ask(
+                command.args(["probe", "--method", method]).args(tables),
+                &lines,
+            )
+        };
+        assert_eq!(
+            answers(&["--tables".as_ref(), lean.as_os_str()]),
+            answers(&[])
+        );
+    }
+    let h = r#"{"q":"table_H","mode":"TT","k":2,"eta":1.5,"theta_d":0.1}"#.to_owned();
+    let answers = ask(
+        strandlight().args(["probe", "--tables"]).arg(&lean),
+        &[h, lines[0].clone()],
+    );
+    let message = answers[0]["error"].as_str().unwrap_or_default();
+    assert!(message.contains("lean"), "{message}");
+    assert!(answers[1]["value"].is_number(), "{}", answers[1]);
+
+    let mut paper = strandlight();
+    paper.args(["probe", "--method", "paper", "--tables"]);
+    let output = paper.arg(&lean).stdin(Stdio::null()).output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        message.contains("lean.tables: ") && message.contains("'H_TT'"),
+        "{message}"
+    );
+}
+
 /// The exact model by the command and by this crate's own quadrature.
 #[test]
 fn the_reference_is_exact() {

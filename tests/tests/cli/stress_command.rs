@@ -4,7 +4,7 @@ use std::io::Write;
 use std::process::{Command, Stdio};
 
 use serde_json::Value;
-use strandlight_tests::{assert_refused, strandlight};
+use strandlight_tests::{assert_refused, project_root, strandlight};
 
 /// Runs the command with `--json`; the document and the exit code.
 fn stress(args: &[&str], threads: &str) -> (Value, Option<i32>) {
@@ -89,8 +89,13 @@ fn gpu_the_report_is_stable_and_its_worst_cases_can_be_asked_again() {
 /// Every check compares something, however small the run.
 #[test]
 fn slow_small_runs_pass() {
-    for (n, seed) in [("1", "0"), ("2", "1"), ("10", "0")] {
-        let (report, code) = stress(&["--n", n, "--seed", seed, "--no-gpu"], "2");
+    let [lean, whole] = ["lean", "default"].map(|name| {
+        let path = project_root().join(format!("data/{name}.tables"));
+        path.to_str().expect("UTF-8").to_owned()
+    });
+    for (n, seed, tables) in [("1", "0", &lean), ("2", "1", &whole), ("10", "0", &whole)] {
+        let args = ["--n", n, "--seed", seed, "--no-gpu", "--tables", &**tables];
+        let (report, code) = stress(&args, "2");
         let checks = report["checks"].as_array().unwrap();
         for check in checks {
             let (is_run, n_values) = (check["status"] != "not run", check["values"].as_u64());
@@ -134,4 +139,8 @@ fn bad_arguments_are_refused() {
     ] {
         assert_refused(strandlight().arg("stress").args(args), &[needle]);
     }
+    let lean = project_root().join("data/lean.tables");
+    let mut paper = strandlight();
+    paper.args(["stress", "--method", "paper", "--no-gpu", "--tables"]);
+    assert_refused(paper.arg(lean), &["lean.tables: ", "'H_TT'"]);
 }

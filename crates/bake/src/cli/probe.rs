@@ -7,7 +7,7 @@ use std::io::{self, BufRead, BufReader, Read};
 use std::path::PathBuf;
 
 use serde_json::json;
-use strandlight_bake::probe::{self, Device, Evaluator, Request};
+use strandlight_bake::probe::{self, Device, Evaluator, ProbeError, Request};
 use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::{BakedFile, TableFile};
 use strandlight_render::probe::GpuProbe;
@@ -70,7 +70,10 @@ pub fn run(args: &Args) -> Outcome {
         Method::Reference => Evaluator::new(probe::Method::Reference, &tables),
         Method::Paper => Evaluator::new(probe::Method::Paper(args.segments), &tables),
     };
-    let evaluator = evaluator.map_err(Failure::input)?;
+    let evaluator = evaluator.map_err(|error| match (&args.tables, &error) {
+        (Some(path), ProbeError::Tables(_) | ProbeError::Fresnel(_)) => Failure::file(path, error),
+        _ => Failure::input(error),
+    })?;
     let mut reader = BufReader::with_capacity(MAX_LINE, io::stdin().lock());
     loop {
         let (batch, at_end) = read_batch(&mut reader).map_err(Failure::input)?;

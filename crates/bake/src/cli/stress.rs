@@ -1,5 +1,6 @@
 //! `strandlight stress`: scattering under numerical stress.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use strandlight_bake::tables::fresnel_of;
@@ -66,8 +67,16 @@ pub fn run(args: &Args) -> Outcome {
         Some(path) => TableFile::read(path).map_err(Failure::input)?,
         None => default_tables()?,
     };
-    let tables = ShadingTables::from_file(&file).map_err(Failure::input)?;
-    let fresnel = fresnel_of(&file).map_err(Failure::input)?;
+    let cannot = |error: &dyn fmt::Display| match &args.tables {
+        Some(path) => Failure::file(path, error),
+        None => Failure::input(error),
+    };
+    let tables = match args.method {
+        Method::Runtime => ShadingTables::whole_or_lean(&file),
+        Method::Paper => ShadingTables::from_file(&file),
+    };
+    let tables = tables.map_err(|error| cannot(&error))?;
+    let fresnel = fresnel_of(&file).map_err(|error| cannot(&error))?;
     let probe = if args.no_gpu {
         None
     } else {
@@ -82,8 +91,8 @@ pub fn run(args: &Args) -> Outcome {
     let lobes = match args.method {
         Method::Paper => LobeTables::default(),
         Method::Runtime => LobeTables {
-            tt: Some(lobe_table(&file, Lobe::Tt).map_err(Failure::input)?),
-            trt: Some(lobe_table(&file, Lobe::Trt).map_err(Failure::input)?),
+            tt: Some(lobe_table(&file, Lobe::Tt).map_err(|error| cannot(&error))?),
+            trt: Some(lobe_table(&file, Lobe::Trt).map_err(|error| cannot(&error))?),
         },
     };
     let target = Target::new(args.method.into(), &tables, lobes.into(), fresnel, probe);

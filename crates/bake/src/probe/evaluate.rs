@@ -15,7 +15,7 @@ use strandlight_scattering::{HairBits, HairParams, Lobe, Model};
 use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::optics::Optics;
 use strandlight_scene::probe::{MODE_ALL, Query, evaluate};
-use strandlight_scene::tables::{ShadingTables, TablesError};
+use strandlight_scene::tables::{ShadingTables, TablesError, is_lean};
 
 use super::answer::Answer;
 use super::per_fibre::PerFibre;
@@ -64,6 +64,8 @@ pub enum ProbeError {
 pub struct Evaluator {
     backend: Backend,
     fresnel: Fresnel,
+    /// The file has no H tables.
+    is_lean: bool,
     scheme: Scheme,
     averages: PerFibre<AverageTable>,
     published: PerFibre<PublishedAverages>,
@@ -107,14 +109,18 @@ impl Evaluator {
     /// # Errors
     /// Tables that shading cannot read.
     pub fn new(method: Method, file: &TableFile) -> Result<Evaluator, ProbeError> {
-        let tables = ShadingTables::from_file(file)?;
-        let fresnel = file.fresnel.parse()?;
         let (backend, scheme) = match method {
-            Method::Runtime => (Backend::Cpu(tables), lobes_of(file)),
-            Method::Paper(segments) => (Backend::Cpu(tables), Scheme::Paper(segments)),
+            Method::Runtime => {
+                let tables = ShadingTables::whole_or_lean(file)?;
+                (Backend::Cpu(tables), lobes_of(file))
+            }
+            Method::Paper(segments) => {
+                let tables = ShadingTables::from_file(file)?;
+                (Backend::Cpu(tables), Scheme::Paper(segments))
+            }
             Method::Reference => (Backend::Reference(Reference::new()), lobes_of(file)),
         };
-        Ok(Evaluator::of(backend, fresnel, scheme))
+        Evaluator::of(backend, file, scheme)
     }
 
     /// Prepares what the renderer computes, on the device that `open` makes of the tables.
@@ -125,21 +131,20 @@ impl Evaluator {
         file: &TableFile,
         open: impl FnOnce(&ShadingTables) -> Result<Device, String>,
     ) -> Result<Evaluator, ProbeError> {
-        let tables = ShadingTables::from_file(file)?;
-        let fresnel = file.fresnel.parse()?;
+        let tables = ShadingTables::whole_or_lean(file)?;
         let device = open(&tables).map_err(ProbeError::Device)?;
-        let scheme = lobes_of(file);
-        Ok(Evaluator::of(Backend::Device(device), fresnel, scheme))
+        Evaluator::of(Backend::Device(device), file, lobes_of(file))
     }
 
-    fn of(backend: Backend, fresnel: Fresnel, scheme: Scheme) -> Evaluator {
-        Evaluator {
+    fn of(backend: Backend, file: &TableFile, scheme: Scheme) -> Result<Evaluator, ProbeError> {
+        Ok(Evaluator {
             backend,
-            fresnel,
+            fresnel: file.fresnel.parse()?,
+            is_lean: is_lean(file),
             scheme,
             averages: PerFibre::default(),
             published: PerFibre::default(),
-        }
+        })
     }
 
     /// An answer to each request, in order. Requests that are errors already stay so.
@@ -377,6 +382,9 @@ impl Evaluator {
             } => {
                 if fresnel.is_some_and(|fresnel| fresnel != self.fresnel) {
                     return Err(format!("the tables hold fresnel {}", self.fresnel.name()));
+                }
+                if self.is_lean {
+                    return Err("the tables are lean and hold no H".to_owned());
                 }
                 Query::table_h(lobe.p(), *eta as f32, *theta_d as f32)
             }

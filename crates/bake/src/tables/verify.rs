@@ -24,7 +24,7 @@ use strandlight_scattering::table_layout::{
     C_CHANNELS as SHARES, C_FROM_B, h_column, theta_d_from_h_column,
 };
 use strandlight_scattering::{HairParams, Lobe};
-use strandlight_scene::tables::ShadingTables;
+use strandlight_scene::tables::{ShadingTables, is_lean};
 
 use super::bake::H_THETA_D_MAX;
 use super::check::{Check, Worst};
@@ -79,15 +79,13 @@ impl TableReport {
 pub fn verify_tables(file: &TableFile, seed: u64) -> Result<TableReport, TableError> {
     let fresnel = fresnel_of(file)?;
     let c = find_table(file, "C", None)?;
-    let is_lean = !file.tables.iter().any(|table| table.name.starts_with("H_"));
     let mut h_tables = Vec::new();
     for which in [Moments::TT, Moments::TRT] {
-        if !is_lean {
+        if !is_lean(file) {
             h_tables.push((find_table(file, which.name, Some(fresnel))?, which));
         }
     }
-    let modes = if is_lean { &Lobe::ALL[..1] } else { &Lobe::ALL };
-    let shading = ShadingTables::for_modes(file, modes)?;
+    let shading = ShadingTables::whole_or_lean(file)?;
     let sampled = shading.view();
     let mut checks = verify_c(c, &sampled, seed);
     for (table, which) in &h_tables {

@@ -16,6 +16,7 @@ pub static INFO: FormatInfo = FormatInfo {
         attributes: AttributeSupport::Only(&["thickness", "diameter", "transparency", "color"]),
         bases: &[CurveBasis::Linear],
         frames: false,
+        objects: false,
     },
 };
 

@@ -16,6 +16,7 @@ pub static INFO: FormatInfo = FormatInfo {
         attributes: AttributeSupport::Only(&["thickness", "diameter"]),
         bases: &[CurveBasis::Linear, CurveBasis::Bezier, CurveBasis::BSpline],
         frames: false,
+        objects: false,
     },
 };
 

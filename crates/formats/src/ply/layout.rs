@@ -15,5 +15,6 @@ pub static INFO: FormatInfo = FormatInfo {
         attributes: AttributeSupport::Only(&["thickness", "diameter", "color"]),
         bases: &[CurveBasis::Linear],
         frames: false,
+        objects: false,
     },
 };

@@ -20,6 +20,7 @@ pub static INFO: FormatInfo = FormatInfo {
         attributes: AttributeSupport::Only(&["root_uv", INVERSE_MASS, POINT_UV, THICKNESS, COLOR]),
         bases: &[CurveBasis::Linear],
         frames: false,
+        objects: false,
     },
 };
 

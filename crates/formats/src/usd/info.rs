@@ -20,5 +20,6 @@ pub(super) static INFO: FormatInfo = FormatInfo {
             CurveBasis::CatmullRom,
         ],
         frames: true,
+        objects: true,
     },
 };

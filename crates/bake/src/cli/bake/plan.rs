@@ -1,6 +1,6 @@
 //! `strandlight bake plan`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use strandlight_bake::manifest::{Farm, Job, farm_job};
 
@@ -65,6 +65,10 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
+    if args.manifest == Path::new("-") {
+        let what = "tasks have no standard input: name the manifest's file";
+        return Err(Failure::file(&args.manifest, what));
+    }
     let (_, items) = read(&args.manifest)?;
     check_beside(&[&args.manifest], &items, &[&args.output])?;
     let farm = match (args.slurm, args.openjd, args.k8s) {

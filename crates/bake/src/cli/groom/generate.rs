@@ -6,7 +6,7 @@ use strandlight_bake::grooms::{
     GrowSpec, MAX_POINTS, MAX_POINTS_PER_STRAND, MAX_STRANDS, Style, generate,
 };
 
-use super::target::write_groom;
+use super::target::{check_groom_name, write_groom};
 use crate::cli::progress::progress;
 use crate::cli::{Failure, Outcome, check_outputs};
 
@@ -31,6 +31,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
+    check_groom_name(&args.output)?;
     check_outputs(&[], &[&args.output])?;
     let spec = GrowSpec {
         style: args.style,

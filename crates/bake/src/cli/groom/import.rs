@@ -6,7 +6,7 @@ use strandlight_formats::Groom;
 
 use super::frames::{FrameRange, parse_range, write_sequence};
 use super::source::{Source, SourceArgs};
-use super::target::{Target, Wish, write_groom};
+use super::target::{Target, Wish, check_groom_name, write_groom};
 use crate::cli::{Failure, Outcome, check_outputs, note};
 
 /// Convert hair of another program to a .groom; the format is detected from the file's content
@@ -69,13 +69,10 @@ impl FrameArgs {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let Args { input, output, .. } = args;
+    check_groom_name(output)?;
     if let Some(range) = args.frames.frames {
         let source = args.frames.open(input, &args.source)?;
         let target = Target::new(output, Wish::default(), None)?;
-        if !target.is_groom() {
-            let what = "import writes .groom files; groom convert writes others";
-            return Err(Failure::file(output, what));
-        }
         return write_sequence(&source, input, range, &target, output);
     }
     check_outputs(&[input], &[output])?;

@@ -93,6 +93,11 @@ impl<'a> Source<'a> {
     /// `frame` if that takes a guess.
     pub fn open(path: &'a Path, args: &'a SourceArgs, frame: u32) -> Result<Self, Failure> {
         let file = SourceFile::read(path).map_err(Failure::input)?;
+        let info = file.format().info();
+        if args.prim.is_some() && !info.can.objects {
+            let what = format!("--prim: {} has no named objects", info.title);
+            return Err(Failure::file(path, what));
+        }
         let mut options = ImportOptions::default().with_frame(frame);
         options.object = args.prim.clone();
         if let Some(n) = args.samples_per_segment {

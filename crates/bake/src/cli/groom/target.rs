@@ -213,6 +213,19 @@ fn finish(
     print_line(format_args!("{}: {what}, {n_bytes} bytes", path.display()))
 }
 
+/// Refuses a name that promises another format of hair than .groom, the only one that the command
+/// writes.
+pub fn check_groom_name(path: &Path) -> Outcome {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    match extension.and_then(groom_format_for) {
+        Some(_) if !is_stream(path) => {
+            let what = "a .groom is written; name it so, or use groom convert for other formats";
+            Err(Failure::file(path, what))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Writes a .groom.
 pub fn write_groom(groom: &Groom, path: &Path) -> Outcome {
     let bytes = groom
