@@ -23,6 +23,9 @@ use super::voxelise::{grid_position, voxel_index};
 /// Visible points that a thread works on at a time.
 const CHUNK: usize = 64;
 
+/// Points that the shadow volume is looked up at, at a time: some milliseconds.
+const POINTS_AT_ONCE: usize = 128 * CHUNK;
+
 /// Numbers of a light at a point.
 const N_NUMBERS: usize = 6;
 
@@ -37,8 +40,11 @@ const MAX_BYTES: usize = 112 << 20;
 pub(super) struct Arriving {
     /// The lights of the group, indices in the scene's list: a column each.
     pub lights: Vec<u32>,
-    /// Columns that are found.
+    /// Columns that are found, and points at which the next eight are.
     n_filled: usize,
+    n_points: usize,
+    /// `[column][voxel]` of these eight, unpacked.
+    records: Vec<[f32; 4]>,
     /// Places where they are not yet; all where there are none given.
     missing: Option<Vec<u32>>,
     /// `[place][number][column]`, whole vectors of columns, unorm16: the unblocked share of all modes but TT; that
@@ -135,6 +141,8 @@ impl Arriving {
         Arriving {
             lights: lights.to_vec(),
             n_filled: 0,
+            n_points: 0,
+            records: Vec::new(),
             missing: None,
             numbers: vec![0; N_NUMBERS * lights.len().next_multiple_of(LANES) * n_places],
         }
@@ -181,8 +189,8 @@ impl Arriving {
         self.n_filled == self.lights.len()
     }
 
-    /// Finds what the shadow volume says of the next eight lights: from all lights and their packed
-    /// records, `[light][voxel]`.
+    /// Finds what the shadow volume says of the next eight lights at some more points: from all lights and their
+    /// packed records, `[light][voxel]`.
     pub fn fill(
         &mut self,
         scene: &PreparedScene,
@@ -193,23 +201,12 @@ impl Arriving {
         let first = self.n_filled;
         let n = self.lights.len();
         let columns = first..(first + LANES).min(n);
-        self.n_filled = columns.end;
         let n_voxels = grid.n_voxels();
-        let lights: Vec<usize> = columns.map(|ix| self.lights[ix] as usize).collect();
-        let mut records = vec![[0.0; 4]; n_voxels * lights.len()];
-        records
-            .par_chunks_mut(n_voxels)
-            .zip(&lights)
-            .for_each(|(records, light)| {
-                let packed = &packed[light * n_voxels..][..n_voxels];
-                for (record, packed) in records.iter_mut().zip(packed) {
-                    let ShadowRecord {
-                        shares: [a, b, c],
-                        sin_theta,
-                    } = unpack_record(packed);
-                    *record = [a, b, c, sin_theta];
-                }
-            });
+        let lights: Vec<usize> = columns.clone().map(|ix| self.lights[ix] as usize).collect();
+        if self.n_points == 0 {
+            self.records = unpacked(&lights, packed, n_voxels);
+        }
+        let records = &self.records;
         let lift = SELF_LIFT * grid.h;
         let lifts: Vec<Vec3> = lights
             .iter()
@@ -237,11 +234,12 @@ impl Arriving {
                 numbers[first..first + n_lanes].copy_from_slice(&row[..n_lanes]);
             }
         };
+        let n_all = self.missing.as_ref().map_or(visible.len(), Vec::len);
+        let points = self.n_points..(self.n_points + POINTS_AT_ONCE).min(n_all);
         match &self.missing {
-            None => self
-                .numbers
+            None => self.numbers[per_point * points.start..per_point * points.end]
                 .par_chunks_mut(per_point * CHUNK)
-                .zip(visible.par_chunks(CHUNK))
+                .zip(visible[points.clone()].par_chunks(CHUNK))
                 .for_each(|(numbers, points)| {
                     dispatch!(level, simd => {
                         for (numbers, &point) in numbers.chunks_exact_mut(per_point).zip(points) {
@@ -250,6 +248,7 @@ impl Arriving {
                     });
                 }),
             Some(missing) => {
+                let missing = &missing[points.clone()];
                 let rows: Vec<_> = missing
                     .par_chunks(CHUNK)
                     .flat_map_iter(|places| {
@@ -270,6 +269,11 @@ impl Arriving {
                     );
                 }
             }
+        }
+        self.n_points = points.end;
+        if points.end == n_all {
+            (self.n_filled, self.n_points) = (columns.end, 0);
+            self.records = Vec::new();
         }
     }
 
@@ -329,6 +333,25 @@ impl Arriving {
             n,
         }
     }
+}
+
+/// `[light][voxel]` of these lights.
+fn unpacked(lights: &[usize], packed: &[PackedRecord], n_voxels: usize) -> Vec<[f32; 4]> {
+    let mut records = vec![[0.0; 4]; n_voxels * lights.len()];
+    records
+        .par_chunks_mut(n_voxels)
+        .zip(lights)
+        .for_each(|(records, light)| {
+            let packed = &packed[light * n_voxels..][..n_voxels];
+            for (record, packed) in records.iter_mut().zip(packed) {
+                let ShadowRecord {
+                    shares: [a, b, c],
+                    sin_theta,
+                } = unpack_record(packed);
+                *record = [a, b, c, sin_theta];
+            }
+        });
+    records
 }
 
 /// The numbers of eight lights: the volume's shares at three exponents, and the sine.

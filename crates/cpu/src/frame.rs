@@ -172,7 +172,9 @@ impl Frame {
 
     fn forget(&mut self, stage: Stage) {
         match stage {
-            Stage::Voxelise => (self.voxelising, self.volume) = (None, None),
+            Stage::Voxelise => {
+                (self.voxelising, self.volume, self.strip_order) = (None, None, None);
+            }
             Stage::Transmittance => {
                 (
                     self.records,
@@ -190,7 +192,7 @@ impl Frame {
                 self.forget_lit_proxies();
             }
             Stage::Bounce => (self.bounce_rays, self.bounce) = (None, None),
-            Stage::MultipleTables => self.multiple = None,
+            Stage::MultipleTables => (self.filling, self.multiple) = (None, None),
             Stage::Shade => (self.shading, self.shaded) = (None, None),
         }
     }
@@ -269,6 +271,11 @@ impl Frame {
         std::mem::take(&mut self.stats)
     }
 
+    /// Is there a picture of this size?
+    pub fn can_show(&self, size: [u32; 2]) -> bool {
+        self.shaded.is_some() && self.list.is_some() && self.size == size
+    }
+
     /// The last picture of the scene as it was last drawn, linear radiance and coverage, row by row, if there
     /// is one.
     pub fn shown(
@@ -277,8 +284,7 @@ impl Frame {
         camera: &Camera,
         size: [u32; 2],
     ) -> Option<Vec<[f32; 4]>> {
-        let is_there = self.shaded.is_some() && self.list.is_some() && self.size == size;
-        is_there.then(|| {
+        self.can_show(size).then(|| {
             self.composite(&Picturing {
                 scene,
                 view: view_uniform(camera, &scene.strands, size, scene.radiance_scale()),

@@ -23,8 +23,9 @@ use strandlight_scene::{
 
 use super::CpuRenderer;
 use super::fade::Fade;
+use super::renderer::Advance;
 
-/// Work in a step on a view that is shown [as seen from another](CpuRenderer::reprojected): less, and a drag would see no
+/// Work after a view is shown [as seen from another](CpuRenderer::reprojected): less, and a drag would see no
 /// picture of its own; more, and it would lag.
 const WORK_ON_VIEWS: Duration = Duration::from_millis(30);
 
@@ -58,6 +59,8 @@ pub struct InteractiveRenderer {
     is_shown: bool,
     /// Is it that of another view, as seen from this one?
     is_reprojected: bool,
+    /// What led to a picture that the next step shows: in this one there was no time left.
+    to_be_shown: Option<Advance>,
     /// Is what is shown of the scene as it was last set, so that what follows refines it?
     is_current: bool,
     /// Is it lit as the scene was last set?
@@ -86,6 +89,7 @@ impl InteractiveRenderer {
             frame_version: 0,
             is_shown: false,
             is_reprojected: false,
+            to_be_shown: None,
             is_current: false,
             is_shaded: false,
             is_done: false,
@@ -98,7 +102,7 @@ impl InteractiveRenderer {
     ///
     /// # Errors
     /// A picture that is too large.
-    // Steps take some milliseconds, up to 80 on two cores (the shadow volume of 480,000 points).
+    // Steps take some milliseconds, up to 30 on two cores (480,000 points).
     pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
         if self.is_resting() {
             return Ok(self.progress());
@@ -116,18 +120,46 @@ impl InteractiveRenderer {
         }) {
             self.fade = None;
         }
-        self.reproject();
-        let budget = match self.is_reprojected {
+        let budget = match self.reproject() {
             true => WORK_ON_VIEWS,
             false => budget,
         };
-        let advance = self.renderer.advance(self.size, Deadline::after(budget));
+        if let Some(advance) = self.to_be_shown.take().filter(|of| self.is_to_be_shown(of)) {
+            self.take_up(&Advance {
+                is_done: advance.is_done && !self.renderer.has_waiting(),
+                is_complete: advance.is_complete && !self.renderer.has_waiting(),
+                ..advance
+            });
+            return Ok(self.progress());
+        }
+        let deadline = Deadline::after(budget);
+        let advance = self.renderer.advance(self.size, deadline);
+        match self.is_to_be_shown(&advance) && !deadline.is_to_come() {
+            // To bring it on the screen takes longer than most steps.
+            true => self.to_be_shown = Some(advance),
+            false => self.take_up(&advance),
+        }
+        Ok(self.progress())
+    }
+
+    /// Is there a picture that is not on the screen?
+    fn is_to_be_shown(&self, advance: &Advance) -> bool {
+        // Or it is of a view that was left meanwhile.
+        let is_left = self.is_reprojected && self.renderer.has_waiting_view();
+        let is_new = advance.version != self.frame_version || !self.is_shown;
+        !is_left && is_new && self.renderer.can_show(self.size)
+    }
+
+    /// Shows the picture that there is now, if it is another one.
+    fn take_up(&mut self, advance: &Advance) {
+        let picture = match self.is_to_be_shown(advance) {
+            true => self.renderer.shown(self.size),
+            false => None,
+        };
         if self.is_reprojected && self.renderer.has_waiting_view() {
-            // If there is a picture, it is of a view that was left meanwhile.
             self.frame_version = advance.version;
-        } else if (advance.version != self.frame_version || !self.is_shown)
-            && let Some(picture) = self.renderer.shown(self.size)
-        {
+        }
+        if let Some(picture) = picture {
             self.frame_version = advance.version;
             let stats = self.renderer.take_stats();
             self.show(&picture, stats);
@@ -139,7 +171,6 @@ impl InteractiveRenderer {
         }
         self.is_shaded = advance.is_complete && self.fade.is_none();
         self.is_done = advance.is_done && self.fade.is_none();
-        Ok(self.progress())
     }
 
     /// How far the picture has come. It has no samples.
@@ -210,10 +241,10 @@ impl InteractiveRenderer {
         }
     }
 
-    /// Shows the last picture as the view sees it that was set, until that has a picture.
-    fn reproject(&mut self) {
+    /// Shows the last picture as the view sees it that was set, until that has a picture; answers whether it did.
+    fn reproject(&mut self) -> bool {
         if self.is_shown {
-            return;
+            return false;
         }
         let (picture, seconds) = timed(|| self.renderer.reprojected(self.size));
         if let Some(picture) = picture {
@@ -226,6 +257,7 @@ impl InteractiveRenderer {
             self.report.took("reproject", seconds);
             (self.is_shown, self.is_reprojected) = (true, true);
         }
+        self.is_reprojected
     }
 
     /// Takes up a picture, and what it took.

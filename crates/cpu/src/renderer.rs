@@ -48,6 +48,7 @@ pub struct CpuRenderer {
 }
 
 /// What [`CpuRenderer::advance`] came to.
+#[derive(Clone, Copy)]
 pub(super) struct Advance {
     /// Nothing is left to do.
     pub is_done: bool,
@@ -180,6 +181,11 @@ impl CpuRenderer {
             is_complete: self.frame.has_all_light() && self.waiting.is_empty(),
             version: self.frame.version(),
         }
+    }
+
+    /// Is there a picture of this size that [`CpuRenderer::advance`] came to?
+    pub(super) fn can_show(&self, size: [u32; 2]) -> bool {
+        self.drawn.is_some() && self.frame.can_show(size)
     }
 
     /// The last picture that [`CpuRenderer::advance`] came to, if there is one of this size.

@@ -152,13 +152,15 @@ impl<'a> ThroughShares<'a> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use strandlight_formats::SrbfLight;
     use strandlight_scattering::wide::{Level, dispatch};
     use strandlight_scene::beside::Beside;
     use strandlight_scene::shadow_maps::unblocked_share;
 
     use super::super::shadow_map::shadow_maps;
-    use super::super::unblocked::Casting;
+    use super::super::unblocked::{Casting, StripOrder};
     use super::*;
 
     #[test]
@@ -185,8 +187,9 @@ mod tests {
         let eye = (forward * -9.0).to_array();
         let forward = forward.to_array();
         let words = shadow_maps(&strands, &plan, (eye, forward));
+        let order = Arc::new(StripOrder::new(&strands));
         let cast = |views| {
-            let mut casting = Casting::new(views, &strands, None);
+            let mut casting = Casting::new(views, (&strands, &order), None);
             while !casting.step(&Beside::none()) {}
             casting.finish()
         };

@@ -52,53 +52,77 @@ pub fn transmittance_beside(
     beside: (&Beside, &Places),
 ) -> Vec<PackedRecord> {
     let mut records = vec![[0; 2]; grid.n_voxels() * lights.len()];
-    let mut wanted: Vec<_> = lights.iter().map(|_| Some(Vec::new())).collect();
-    find_records(
-        grid,
-        volume,
-        (lights, sweeps),
-        beside,
-        (&mut records, &mut wanted),
-    );
     records
-}
-
-/// Writes the records of those of the lights whose maps are wanted, each of them by one thread; and the maps of what stands
-/// beside the hair, by direction of the light.
-pub(super) fn find_records(
-    grid: &Grid,
-    volume: &[[f32; 8]],
-    (lights, sweeps): (&[LightRecord], &[[f32; 4]]),
-    (beside, places): (&Beside, &Places),
-    (records, maps): (&mut [PackedRecord], &mut [Option<Vec<HeightMaps>>]),
-) {
-    let n_voxels = grid.n_voxels();
-    records
-        .par_chunks_mut(n_voxels)
-        .zip(lights.par_iter().zip(maps))
+        .par_chunks_mut(grid.n_voxels())
+        .enumerate()
         .with_max_len(1)
-        .filter_map(|(out, (light, maps))| Some((out, light, maps.as_mut()?)))
-        .filter(|(_, light, _)| light.power > 0.0)
-        .for_each_init(Sweeping::default, |sweeping, (out, light, maps)| {
-            let first = light.first_sweep as usize;
-            let directions = &sweeps[first..first + light.n_sweeps as usize];
-            sweeping.sums.clear();
-            sweeping.sums.resize(n_voxels, ShadowRecord::default());
-            dispatch!(Level::new(), simd => {
-                for (k, &[x, y, z, _]) in directions.iter().enumerate() {
-                    let turn = [k, directions.len()].map(|n| n as f32);
-                    let d = [x, y, z];
-                    let towards = (!beside.is_empty()).then(|| beside.towards(Vec3::from(d)));
-                    let blocking = towards.as_ref().map(|towards| (towards, places));
-                    sweep(simd, (grid, volume), blocking, d, turn, sweeping);
-                    maps.extend(towards.map(|towards| towards.maps().clone()));
-                }
-                pack(simd, &sweeping.sums, out);
-            });
+        .filter(|(ix, _)| lights[*ix].power > 0.0)
+        .for_each(|(ix, out)| {
+            let mut light = LightSweep::new(ix);
+            while !light.sweep_next((grid, volume), (lights, sweeps), beside) {}
+            light.pack(out);
         });
+    records
 }
 
-/// What a thread sweeps in.
+/// A light whose records are being found, one of its directions at a time.
+#[derive(Default)]
+pub(super) struct LightSweep {
+    /// Its index among the lights.
+    pub light: usize,
+    /// Directions that are swept.
+    n_done: usize,
+    sweeping: Sweeping,
+    /// By direction, what stands beside the hair.
+    pub maps: Vec<HeightMaps>,
+}
+
+impl LightSweep {
+    /// Nothing yet.
+    pub fn new(light: usize) -> LightSweep {
+        LightSweep {
+            light,
+            ..LightSweep::default()
+        }
+    }
+
+    /// Sweeps along the next of its directions, some milliseconds; answers whether it was the last. `volume` is what
+    /// [`super::voxelise`] answers.
+    pub fn sweep_next(
+        &mut self,
+        (grid, volume): (&Grid, &[[f32; 8]]),
+        (lights, sweeps): (&[LightRecord], &[[f32; 4]]),
+        (beside, places): (&Beside, &Places),
+    ) -> bool {
+        let light = &lights[self.light];
+        let first = light.first_sweep as usize;
+        let directions = &sweeps[first..first + light.n_sweeps as usize];
+        let sweeping = &mut self.sweeping;
+        sweeping
+            .sums
+            .resize(grid.n_voxels(), ShadowRecord::default());
+        if let Some(&[x, y, z, _]) = directions.get(self.n_done) {
+            let turn = [self.n_done, directions.len()].map(|n| n as f32);
+            let d = [x, y, z];
+            let towards = (!beside.is_empty()).then(|| beside.towards(Vec3::from(d)));
+            let blocking = towards.as_ref().map(|towards| (towards, places));
+            dispatch!(Level::new(), simd => {
+                sweep(simd, (grid, volume), blocking, d, turn, sweeping);
+            });
+            self.maps
+                .extend(towards.map(|towards| towards.maps().clone()));
+            self.n_done += 1;
+        }
+        self.n_done == directions.len()
+    }
+
+    /// Writes the records, by voxel.
+    pub fn pack(&self, out: &mut [PackedRecord]) {
+        dispatch!(Level::new(), simd => pack(simd, &self.sweeping.sums, out));
+    }
+}
+
+/// What a light is swept in.
 #[derive(Default)]
 struct Sweeping {
     /// By voxel, the directions so far.

@@ -8,6 +8,7 @@ mod map;
 mod strips;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use strandlight_scene::beside::{self, Beside};
@@ -15,6 +16,7 @@ use strandlight_scene::shadow_maps::{N_PLACES, NO_SLOT, ShadowView};
 use strandlight_scene::strands::Strands;
 
 use map::Work;
+pub(super) use strips::StripOrder;
 use strips::Strips;
 
 /// Maps at work at a time have at most this many bytes, or there is one.
@@ -108,8 +110,10 @@ pub(super) struct Casting {
 /// A part of the work on a map.
 #[derive(Clone, Copy, Debug)]
 enum Part {
-    /// Finding where points lie on it, and what is looked up.
+    /// Finding where points lie on it.
     Project,
+    /// Finding what is looked up, and clearing it.
+    Prepare,
     /// Drawing, from this strip on.
     Cast(usize),
     /// Looking it up, from this one of the points that are looked up on.
@@ -117,9 +121,13 @@ enum Part {
 }
 
 impl Casting {
-    /// Of the maps of `views`, those of a slot one after the other, at `visible` points; at all points
-    /// where there are none given.
-    pub fn new(views: Vec<ShadowView>, strands: &Strands, visible: Option<&[u32]>) -> Casting {
+    /// Of the maps of `views`, those of a slot one after the other, at `visible` points of strands in this `order`; at
+    /// all points where there are none given.
+    pub fn new(
+        views: Vec<ShadowView>,
+        (strands, order): (&Strands, &Arc<StripOrder>),
+        visible: Option<&[u32]>,
+    ) -> Casting {
         let mut maps_of = Vec::new();
         for (ix, view) in views.iter().enumerate() {
             if view.shadow_index != NO_SLOT {
@@ -137,10 +145,7 @@ impl Casting {
             }
         };
         Casting {
-            strips: match views.is_empty() {
-                true => Strips::default(),
-                false => Strips::new(strands, looked_up),
-            },
+            strips: Strips::new(order, strands, looked_up),
             views,
             n_done: 0,
             places: None,
@@ -158,36 +163,43 @@ impl Casting {
     /// Works some milliseconds on as many maps as there are threads; answers whether all are done.
     pub fn step(&mut self, beside: &Beside) -> bool {
         let rest = &self.views[self.n_done..];
-        let largest = rest.iter().map(|view| view.side as usize).max();
-        let texels = 4 * largest.unwrap_or(1).pow(2);
-        let at_a_time = MAX_MAP_BYTES / (texels + BYTES_PER_POINT * self.strips.points[0].len());
+        let largest = rest.iter().map(|view| view.side).max().unwrap_or(1);
+        let texels = 4 * (largest as usize).pow(2);
+        let at_a_time =
+            MAX_MAP_BYTES / (texels + BYTES_PER_POINT * self.strips.order.points[0].len());
         let n = at_a_time
             .clamp(1, rayon::current_num_threads())
             .min(rest.len());
         self.works
             .resize_with(n.max(self.works.len()), Work::default);
+        let side = rest[..n].iter().map(|view| view.side).max().unwrap_or(1);
         let strips = &self.strips;
         let works = self.works.par_iter_mut().zip(&rest[..n]);
         match self.part {
             Part::Project => {
                 works.for_each(|(work, view)| work.project(view, strips));
+                self.part = Part::Prepare;
+            }
+            Part::Prepare => {
+                works.for_each(|(work, view)| work.prepare(view, strips));
                 self.part = Part::Cast(0);
             }
             Part::Cast(first) => {
-                let range = strips.some(first);
+                let range = strips.some(first, side);
                 let end = range.end;
                 works.for_each(|(work, view)| work.cast(view, strips, range.clone()));
-                self.part = match end == strips.strips.len() {
+                self.part = match end == strips.order.strips.len() {
                     true => Part::Receive(0),
                     false => Part::Cast(end),
                 };
             }
             Part::Receive(first) => {
-                let places = &*self.places.get_or_insert_with(|| {
+                let Some(places) = &self.places else {
                     let position = |ix: usize| strips.position(&strips.seen[ix]);
-                    beside.places(strips.seen.len(), position)
-                });
-                let range = strips.some_seen(first);
+                    self.places = Some(beside.places(strips.seen.len(), position));
+                    return false;
+                };
+                let range = strips.some_seen(first, side);
                 let end = range.end;
                 let stands = (beside, places);
                 works.for_each(|(work, view)| work.receive(view, strips, range.clone(), stands));
@@ -269,9 +281,10 @@ mod tests {
         let n_texels = draw_maps(&strands, &plan.views, &Beside::none(), &mut visibility);
         let words = visibility.shares;
         let visible: Vec<u32> = (0..strands.points.len() as u32).step_by(3).collect();
+        let order = Arc::new(StripOrder::new(&strands));
         let find = |visible: Option<&[u32]>| {
             let views = plan.views.clone();
-            let mut casting = Casting::new(views, &strands, visible);
+            let mut casting = Casting::new(views, (&strands, &order), visible);
             while !casting.step(&Beside::none()) {}
             casting.finish()
         };

@@ -6,8 +6,8 @@ use strandlight_scattering::wide::{Level, dispatch};
 use strandlight_scene::strands::Strands;
 use strandlight_scene::volume::{CHANNELS, Grid};
 
-/// Segments that a thread splats at a time. Each has a grid of sums of its own.
-const CHUNK: usize = 1 << 14;
+/// Segments that a thread splats at a time, some milliseconds. Each has a grid of sums of its own.
+const CHUNK: usize = 1 << 12;
 
 /// Area density and orientation of every voxel, x fastest: A, Qxx, Qyy, Qzz, Qxy, Qxz, Qyz, 0
 /// in 1/cm. A is the sum of length times diameter over h^3, Q the same weighted by u u^T.

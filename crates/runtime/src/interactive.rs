@@ -57,6 +57,16 @@ pub enum Display<'a> {
     Pixels(strandlight_cpu::Display<'a>),
 }
 
+impl Display<'_> {
+    /// Another number for every other picture in memory.
+    pub fn version(&self) -> u64 {
+        match self {
+            Display::Texture(_) => 0,
+            Display::Pixels(pixels) => pixels.version,
+        }
+    }
+}
+
 /// A [`strandlight_cpu::Display::version`] that no other picture has, of any viewer: no renderer's own comes
 /// that far.
 pub fn new_version() -> u64 {

@@ -33,7 +33,7 @@ pub(super) struct Inputs<'a> {
 }
 
 /// Visible points that are shaded at a time: an eighth of them, within this.
-const SLICE: Range<usize> = 64..4096;
+const SLICE: Range<usize> = 64..2048;
 
 impl Inputs<'_> {
     /// Visible points that are shaded at a time.

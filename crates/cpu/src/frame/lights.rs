@@ -47,7 +47,9 @@ impl Frame {
             let lambda = |ix: u32| records[ix as usize].lambda;
             lambda(a).total_cmp(&lambda(b))
         });
-        if let Some(before) = &self.records {
+        if let Some(before) = &mut self.records {
+            // Of those that are black now there are no more directions.
+            before.under_way.clear();
             let mut pairs = before.is_lit.iter().zip(&is_lit);
             if !pairs.all(|(before, now)| before.unwrap_or(true) || !now) {
                 self.forget(Stage::Transmittance);

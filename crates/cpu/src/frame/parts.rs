@@ -16,6 +16,7 @@ use super::super::proxies::Proxies;
 use super::super::proxy_light::Surfaces;
 use super::super::radiance::Radiance;
 use super::super::shade::Counts;
+use super::super::transmittance::LightSweep;
 
 /// What all stages of a picture read.
 pub(super) struct Picturing<'a> {
@@ -61,6 +62,8 @@ pub(super) struct Records {
     pub places: Places,
     /// `[light][direction]` of the lights that are done, until light on the proxies is found by them.
     pub maps: Vec<Vec<HeightMaps>>,
+    /// Lights under way, as many as there are threads.
+    pub under_way: Vec<LightSweep>,
 }
 
 /// What arrives of the lights at the proxies.

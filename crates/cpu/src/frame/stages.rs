@@ -1,10 +1,11 @@
 //! The stages before shading, a step of each at a time.
 
 use std::cmp::Reverse;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use strandlight_scattering::jobs::Job;
-use strandlight_scattering::multiple_tables::MultipleTables;
+use strandlight_scattering::multiple_tables::{Filling, MultipleTables};
 use strandlight_scene::PreparedScene;
 use strandlight_scene::bounce::passed_weights;
 use strandlight_scene::progress::timed;
@@ -18,11 +19,11 @@ use super::super::proxies::Proxies;
 use super::super::proxy_light::Surfaces;
 use super::super::radiance::RadianceBefore;
 use super::super::through_shares::Through;
-use super::super::transmittance::find_records;
-use super::super::unblocked::{Casting, Unblocked};
+use super::super::transmittance::LightSweep;
+use super::super::unblocked::{Casting, StripOrder, Unblocked};
 use super::super::visible::VisiblePoints;
 use super::super::voxelise::Voxelising;
-use super::parts::{Picturing, ProxyLight, Quality, Records};
+use super::parts::{Lights, Picturing, ProxyLight, Quality, Records};
 use super::state::Frame;
 
 /// Shares at all points are kept if they have at most this many bytes.
@@ -33,6 +34,9 @@ const MAX_PROXY_BYTES: usize = 64 << 20;
 
 /// Height maps of meshes are kept, for light on the proxies, if they are at most so many: some 64 MB.
 const MAX_HEIGHT_MAPS: usize = 256;
+
+/// Widths of the light that a thread fills tables of at a time: some milliseconds.
+const WIDTHS_AT_ONCE: usize = 4;
 
 /// Are answers of the maps of `plan` at all points few enough to be kept, so that they serve any view?
 pub(super) fn can_be_everywhere(plan: &ShadowPlan, n_points: usize) -> bool {
@@ -114,8 +118,15 @@ impl Frame {
         let plan = &lights.plan;
         let is_extended = self.unblocked.is_some();
         let mut casting = self.casting.take();
-        let (is_done, seconds) = timed(|| {
-            let casting = casting.get_or_insert_with(|| {
+        let (is_done, seconds) = timed(|| match (&mut casting, &self.strip_order) {
+            (Some(casting), _) => casting.step(&picturing.beside),
+            (None, None) if !plan.views.is_empty() => {
+                self.strip_order = Some(Arc::new(StripOrder::new(strands)));
+                false
+            }
+            (None, order) => {
+                let nothing = Arc::default();
+                let order = order.as_ref().unwrap_or(&nothing);
                 // Where there are drafts, other views are to come, but this one's picture first.
                 let is_wanted = match picturing.has_drafts {
                     true => is_extended,
@@ -123,9 +134,10 @@ impl Frame {
                 };
                 let is_everywhere = is_wanted && can_be_everywhere(plan, strands.points.len());
                 let visible = (!is_everywhere).then_some(&visible.points[..]);
-                Casting::new(plan.views.clone(), strands, visible)
-            });
-            casting.step(&picturing.beside)
+                let views = plan.views.clone();
+                casting = Some(Casting::new(views, (strands, order), visible));
+                false
+            }
         });
         let mut bytes = 0;
         match casting {
@@ -148,14 +160,22 @@ impl Frame {
         };
         let is_extended = self.through.is_some();
         let mut casting = self.through_casting.take();
-        let (is_done, seconds) = timed(|| {
-            let casting = casting.get_or_insert_with(|| {
-                let views = lights.plan.through(picturing.view.forward);
+        let (strands, plan) = (&picturing.scene.strands, &lights.plan);
+        let (is_done, seconds) = timed(|| match (&mut casting, &self.strip_order) {
+            (Some(casting), _) => casting.step(&picturing.beside),
+            (None, None) if !plan.views.is_empty() => {
+                self.strip_order = Some(Arc::new(StripOrder::new(strands)));
+                false
+            }
+            (None, order) => {
+                let nothing = Arc::default();
+                let order = order.as_ref().unwrap_or(&nothing);
+                let views = plan.through(picturing.view.forward);
                 // At all points they serve the drafts of other views, after this one's picture.
                 let visible = (!is_extended).then_some(&visible.points[..]);
-                Casting::new(views, &picturing.scene.strands, visible)
-            });
-            casting.step(&picturing.beside)
+                casting = Some(Casting::new(views, (strands, order), visible));
+                false
+            }
         });
         let mut bytes = 0;
         match casting {
@@ -180,7 +200,7 @@ impl Frame {
         (self.records.as_ref()).is_some_and(|records| records.is_lit.iter().all(Option::is_some))
     }
 
-    /// Finds the records of as many lights as there are threads.
+    /// Works some milliseconds on the records of as many lights as there are threads.
     pub(super) fn transmit(&mut self, picturing: &Picturing) {
         let (Some(lights), Some((grid, volume))) = (&self.lights, &self.volume) else {
             return;
@@ -192,37 +212,28 @@ impl Frame {
                 is_lit: vec![None; n_lights],
                 places: picturing.beside.places_of_voxels(grid),
                 maps: vec![Vec::new(); n_lights],
+                under_way: Vec::new(),
             });
-            // The black ones are no work.
-            let mut missing = Vec::new();
-            for (ix, done) in records.is_lit.iter_mut().enumerate() {
-                match lights.is_lit[ix] {
-                    true if done.is_none() => missing.push(ix),
-                    true => {}
-                    false => *done = done.or(Some(false)),
-                }
+            if records.under_way.is_empty() {
+                records.begin(lights);
             }
-            // Those of as many directions together, so that no thread waits for another.
-            missing.sort_by_key(|&ix| Reverse(lights.records[ix].n_sweeps));
-            missing.truncate(rayon::current_num_threads());
-            let mut maps = vec![None; n_lights];
-            for &ix in &missing {
-                maps[ix] = Some(Vec::new());
-                records.is_lit[ix] = Some(true);
-            }
-            let lights = (&lights.records[..], &lights.sweeps[..]);
+            let of_lights = (&lights.records[..], &lights.sweeps[..]);
             let beside = (&picturing.beside, &records.places);
-            find_records(
-                grid,
-                volume,
-                lights,
-                beside,
-                (&mut records.packed, &mut maps),
-            );
-            let n_maps = lights.1.len() * picturing.beside.meshes().len();
-            if n_maps <= MAX_HEIGHT_MAPS {
-                for (of_light, found) in records.maps.iter_mut().zip(maps) {
-                    *of_light = found.unwrap_or(std::mem::take(of_light));
+            let under_way = records.under_way.par_iter_mut();
+            // They have about as many directions and keep in step.
+            let are_done: Vec<bool> = under_way
+                .map(|light| light.sweep_next((grid, volume), of_lights, beside))
+                .collect();
+            if are_done.contains(&false) {
+                return;
+            }
+            let n_maps = lights.sweeps.len() * picturing.beside.meshes().len();
+            for light in std::mem::take(&mut records.under_way) {
+                let first = grid.n_voxels() * light.light;
+                light.pack(&mut records.packed[first..][..grid.n_voxels()]);
+                records.is_lit[light.light] = Some(true);
+                if n_maps <= MAX_HEIGHT_MAPS {
+                    records.maps[light.light] = light.maps;
                 }
             }
         });
@@ -340,16 +351,40 @@ impl Frame {
     }
 
     pub(super) fn fill_tables(&mut self, scene: &PreparedScene) {
-        let (tables, seconds) = timed(|| multiple_tables(scene));
-        self.ran("tables", seconds, tables.bytes() as u64);
-        self.multiple = Some(tables);
+        let (found, seconds) = timed(|| {
+            let run = |jobs: Vec<Job>| jobs.into_par_iter().for_each(Job::run);
+            let shading = scene.hair.optics().shading(scene.tables.view());
+            let averages = scene.hair.averages();
+            let filling = self
+                .filling
+                .get_or_insert_with(|| Filling::new(&shading, averages, scene.terms(), run));
+            let most = WIDTHS_AT_ONCE * rayon::current_num_threads();
+            filling
+                .fill(shading.fibre, averages, most, run)
+                .then_some(())?;
+            Some(self.filling.take()?.finish())
+        });
+        let bytes = found.as_ref().map_or(0, MultipleTables::bytes) as u64;
+        self.multiple = found;
+        self.ran("tables", seconds, bytes);
     }
 }
 
-/// Tables of multiple scattering of the fibre, for the terms that are drawn.
-fn multiple_tables(scene: &PreparedScene) -> MultipleTables {
-    let shading = scene.hair.optics().shading(scene.tables.view());
-    MultipleTables::new(&shading, scene.hair.averages(), scene.terms(), |jobs| {
-        jobs.into_par_iter().for_each(Job::run);
-    })
+impl Records {
+    /// Takes up the next lights.
+    fn begin(&mut self, lights: &Lights) {
+        let mut missing = Vec::new();
+        for (ix, done) in self.is_lit.iter_mut().enumerate() {
+            match lights.is_lit[ix] {
+                true if done.is_none() => missing.push(ix),
+                true => {}
+                // The black ones are no work.
+                false => *done = done.or(Some(false)),
+            }
+        }
+        // Those of as many directions together, so that no thread waits for another.
+        missing.sort_by_key(|&ix| Reverse(lights.records[ix].n_sweeps));
+        missing.truncate(rayon::current_num_threads());
+        self.under_way = missing.into_iter().map(LightSweep::new).collect();
+    }
 }

@@ -1,7 +1,9 @@
 //! What the stages of a picture keep.
 
+use std::sync::Arc;
+
 use strandlight_scattering::closed_form::WidthProfile;
-use strandlight_scattering::multiple_tables::MultipleTables;
+use strandlight_scattering::multiple_tables::{Filling, MultipleTables};
 use strandlight_scene::Stats;
 use strandlight_scene::volume::Grid;
 
@@ -10,7 +12,7 @@ use super::super::list::{Listing, VisibilityList};
 use super::super::proxies::Proxies;
 use super::super::radiance::{Radiance, RadianceBefore};
 use super::super::through_shares::Through;
-use super::super::unblocked::{Casting, Unblocked};
+use super::super::unblocked::{Casting, StripOrder, Unblocked};
 use super::super::visible::VisiblePoints;
 use super::super::voxelise::Voxelising;
 use super::parts::{Lights, Painted, ProxyLight, Records, Shaded, Shading};
@@ -41,6 +43,7 @@ pub(in super::super) struct Frame {
     pub(super) bounce_rays: Option<BounceRays>,
     /// What the proxies send back to the hair, in the same light; where it is nothing, none.
     pub(super) bounce: Option<BounceLight>,
+    pub(super) strip_order: Option<Arc<StripOrder>>,
     pub(super) casting: Option<Casting>,
     pub(super) unblocked: Option<Unblocked>,
     pub(super) through_casting: Option<Casting>,
@@ -49,6 +52,7 @@ pub(in super::super) struct Frame {
     pub(super) through_before: Option<Through>,
     /// Are there points that tables serve? Unknown after an edit of the paint.
     pub(super) needs_tables: Option<bool>,
+    pub(super) filling: Option<Filling>,
     pub(super) multiple: Option<MultipleTables>,
     pub(super) plain: PlainPoints,
     /// Of the fibre over its width, where a view shows strands that are wide.

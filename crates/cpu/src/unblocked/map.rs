@@ -17,7 +17,7 @@ const BLOCK: i32 = 8;
 /// A map at work.
 #[derive(Default)]
 pub(super) struct Work {
-    /// [`Strips::points`] on the map: x and y in texels from the corner, z the height in cm.
+    /// [`StripOrder::points`](super::strips::StripOrder::points) on the map: x and y in texels from the corner, z the height in cm.
     at: [Vec<f32>; 3],
     wanted: Wanted,
     map: Map,
@@ -31,16 +31,17 @@ pub(super) struct Work {
 
 impl Work {
     pub fn project(&mut self, view: &ShadowView, strips: &Strips) {
+        dispatch!(Level::new(), simd => project(simd, view, strips, &mut self.at));
+    }
+
+    pub fn prepare(&mut self, view: &ShadowView, strips: &Strips) {
         self.n_texels = 0;
-        dispatch!(Level::new(), simd => {
-            project(simd, view, strips, &mut self.at);
-            self.wanted.find(simd, view, strips, &self.at);
-        });
+        dispatch!(Level::new(), simd => self.wanted.find(simd, view, strips, &self.at));
         self.map.clear(view.side);
     }
 
     pub fn cast(&mut self, view: &ShadowView, strips: &Strips, range: Range<usize>) {
-        let strips = (&strips.strips[range], &strips.points[3][..]);
+        let strips = (&strips.order.strips[range], &strips.order.points[3][..]);
         dispatch!(Level::new(), simd => {
             self.n_texels += cast(simd, view, strips, self);
         });
@@ -79,7 +80,7 @@ fn project<S: Simd>(simd: S, view: &ShadowView, strips: &Strips, at: &mut [Vec<f
     simd.vectorize(
         #[inline(always)]
         || {
-            let [x, y, z, _] = &strips.points;
+            let [x, y, z, _] = &strips.order.points;
             for at in at.iter_mut() {
                 at.resize(x.len(), 0.0);
             }
@@ -115,8 +116,13 @@ impl Map {
     fn clear(&mut self, side: u32) {
         let blocks = side.div_ceil(4);
         self.blocks = blocks as i32;
-        self.texels.clear();
-        self.texels.resize(self.n_texels() as usize + LANES, 0);
+        let n = self.n_texels() as usize + LANES;
+        if self.texels.len() == n {
+            self.texels.fill(0);
+        } else {
+            // Pages of a fine map that nothing is drawn on are never touched.
+            self.texels = vec![0; n];
+        }
     }
 
     /// After them come eight that are not on the map.
@@ -432,7 +438,7 @@ fn receive<S: Simd>(
         #[inline(always)]
         || {
             for seen in &strips.seen[range] {
-                let radius = strips.points[3][seen.at as usize];
+                let radius = strips.order.points[3][seen.at as usize];
                 work.lit[seen.place as usize] =
                     receive_point(simd, view, seen, radius, &work.at, &work.map);
             }

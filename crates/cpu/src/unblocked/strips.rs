@@ -1,23 +1,30 @@
 //! Strands in an order in which one follows another that is near, and where maps are looked up on them.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::Vec3;
 use strandlight_scattering::wide::LANES;
+use strandlight_scene::shadow_maps::SHADOW_SIDE;
 use strandlight_scene::strands::Strands;
 
-/// Segments that are drawn into a map at a time.
+/// Segments that are drawn into a map of [`SHADOW_SIDE`] at a time, some milliseconds; fewer into finer ones.
 const SEGMENTS_AT_ONCE: u32 = 1 << 16;
 
-/// Points that are looked up at a time.
-const SEEN_AT_ONCE: usize = 1 << 17;
+/// Points that are looked up on such a map at a time.
+const SEEN_AT_ONCE: u32 = 1 << 17;
 
-/// Strands in an order in which one follows another that is near, and where they are looked up.
+/// Strands in an order in which one follows another that is near.
 #[derive(Default)]
-pub(super) struct Strips {
+pub(in super::super) struct StripOrder {
     /// Coordinates and radius of the points, strand after strand, and a vector more.
-    pub points: [Vec<f32>; 4],
-    pub strips: Vec<Strip>,
+    pub(super) points: [Vec<f32>; 4],
+    pub(super) strips: Vec<Strip>,
+}
+
+/// Where strands are looked up.
+pub(super) struct Strips {
+    pub order: Arc<StripOrder>,
     pub seen: Vec<Seen>,
     /// Points that are asked for; those of no segment are lit.
     pub n_places: usize,
@@ -25,7 +32,7 @@ pub(super) struct Strips {
 
 /// A strand.
 pub(super) struct Strip {
-    /// Its first point in [`Strips`], and in [`Strands::points`].
+    /// Its first point in [`StripOrder`], and in [`Strands::points`].
     pub at: u32,
     pub first: u32,
     pub n_segments: u32,
@@ -33,7 +40,7 @@ pub(super) struct Strip {
 
 /// A point that is looked up.
 pub(super) struct Seen {
-    /// Among [`Strips::points`], and among the visible points.
+    /// Among [`StripOrder::points`], and among the visible points.
     pub at: u32,
     pub place: u32,
     /// Index in [`Strands::points`].
@@ -44,32 +51,64 @@ pub(super) struct Seen {
 }
 
 impl Strips {
-    /// Strips from `first` on that are drawn at a time.
-    pub fn some(&self, first: usize) -> Range<usize> {
+    /// Strips from `first` on that are drawn at a time into a map of this side.
+    pub fn some(&self, first: usize, side: u32) -> Range<usize> {
+        let most = at_once(SEGMENTS_AT_ONCE, side);
         let mut n_segments = 0;
         let is_enough = |strip: &Strip| {
             n_segments += strip.n_segments;
-            n_segments >= SEGMENTS_AT_ONCE
+            n_segments >= most
         };
-        match self.strips[first..].iter().position(is_enough) {
+        match self.order.strips[first..].iter().position(is_enough) {
             Some(last) => first..first + last + 1,
-            None => first..self.strips.len(),
+            None => first..self.order.strips.len(),
         }
     }
 
-    /// Points from `first` on that are looked up at a time, in [`Strips::seen`].
-    pub fn some_seen(&self, first: usize) -> Range<usize> {
-        first..(first + SEEN_AT_ONCE).min(self.seen.len())
+    /// Points from `first` on that are looked up at a time on a map of this side, in [`Strips::seen`].
+    pub fn some_seen(&self, first: usize, side: u32) -> Range<usize> {
+        first..(first + at_once(SEEN_AT_ONCE, side) as usize).min(self.seen.len())
     }
 
     /// Of a point that is looked up, cm.
     pub fn position(&self, seen: &Seen) -> Vec3 {
-        let [x, y, z, _] = &self.points;
+        let [x, y, z, _] = &self.order.points;
         let at = seen.at as usize;
         Vec3::new(x[at], y[at], z[at])
     }
 
-    pub fn new(strands: &Strands, visible: &[u32]) -> Strips {
+    /// Of these points of `strands`, indices that grow.
+    pub fn new(order: &Arc<StripOrder>, strands: &Strands, visible: &[u32]) -> Strips {
+        let mut seen = Vec::with_capacity(visible.len());
+        for &Strip {
+            at,
+            first,
+            n_segments,
+        } in &order.strips
+        {
+            let place = visible.partition_point(|&other| other < first);
+            let of_strand = visible[place..].iter().zip(place as u32..);
+            for (&point, place) in of_strand.take_while(|(point, _)| **point <= first + n_segments)
+            {
+                seen.push(Seen {
+                    at: at + point - first,
+                    place,
+                    point,
+                    before: strands.tangents[point as usize][3],
+                    after: strands.normals[point as usize][3],
+                });
+            }
+        }
+        Strips {
+            order: Arc::clone(order),
+            seen,
+            n_places: visible.len(),
+        }
+    }
+}
+
+impl StripOrder {
+    pub fn new(strands: &Strands) -> StripOrder {
         let segments = &strands.segments;
         let mut found: Vec<(u32, u32, u32)> = Vec::with_capacity(strands.n_strands);
         let (low, high) = strands.bounds;
@@ -89,11 +128,9 @@ impl Strips {
         let n_points = segments.len() + found.len();
         let mut points = [(); 4].map(|()| Vec::with_capacity(n_points + LANES));
         let mut strips = Vec::with_capacity(found.len());
-        let mut seen = Vec::with_capacity(visible.len());
         for (_, first, n_segments) in found {
-            let at = points[0].len() as u32;
             strips.push(Strip {
-                at,
+                at: points[0].len() as u32,
                 first,
                 n_segments,
             });
@@ -102,29 +139,17 @@ impl Strips {
                     numbers.push(*number);
                 }
             }
-            let place = visible.partition_point(|&other| other < first);
-            let of_strand = visible[place..].iter().zip(place as u32..);
-            for (&point, place) in of_strand.take_while(|(point, _)| **point <= first + n_segments)
-            {
-                seen.push(Seen {
-                    at: at + point - first,
-                    place,
-                    point,
-                    before: strands.tangents[point as usize][3],
-                    after: strands.normals[point as usize][3],
-                });
-            }
         }
         for numbers in &mut points {
             numbers.resize(n_points + LANES, 0.0);
         }
-        Strips {
-            points,
-            strips,
-            seen,
-            n_places: visible.len(),
-        }
+        StripOrder { points, strips }
     }
+}
+
+/// How much is done at a time on a map of this side, where it is `most` on one of [`SHADOW_SIDE`].
+fn at_once(most: u32, side: u32) -> u32 {
+    most / side.div_ceil(SHADOW_SIDE).max(1)
 }
 
 /// The lowest ten bits of three numbers, interleaved.

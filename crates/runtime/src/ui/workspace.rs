@@ -33,11 +33,17 @@ use strandlight_render::gpu::GpuError;
 use strandlight_scene::RenderError;
 use strandlight_scene::interactive::Progress;
 
-/// Work on the picture in a frame while the user drags something, and otherwise.
+/// Work on the picture in a frame while the user drags something or where work goes on between frames, and otherwise.
 const BUDGETS: [Duration; 2] = [Duration::from_millis(14), Duration::from_millis(40)];
 
 /// The same until there is a picture of the view: there is nothing else to see, and frames in between would delay it.
 const BUDGET_OF_VIEWS: Duration = Duration::from_millis(100);
+
+/// Work between frames, before the window looks for input again.
+const BUDGET_BETWEEN: Duration = Duration::from_millis(8);
+
+/// Longest time without a frame while there is work, so that what tells how far it is goes on.
+const LONGEST_FRAME: Duration = Duration::from_millis(60);
 
 /// Frames in a row that are made for what has no size yet.
 const MOST_ROUGH: u32 = 4;
@@ -114,6 +120,8 @@ pub struct Workspace {
     pub(super) is_outdated: bool,
     /// Frames in a row in which something had no size yet.
     n_rough: u32,
+    /// Work on the picture goes on until something changes that the next frame shows.
+    is_between_frames: bool,
 }
 
 impl Workspace {
@@ -189,6 +197,7 @@ impl Workspace {
             is_open: true,
             is_outdated: false,
             n_rough: 0,
+            is_between_frames: false,
         }
     }
 
@@ -235,6 +244,8 @@ impl Workspace {
         }
         let response = self.input.on_window_event(&self.window, event);
         if response.repaint {
+            // The frame first.
+            self.is_between_frames = false;
             self.window.request_redraw();
         }
         match event {
@@ -265,13 +276,21 @@ impl Workspace {
         }
         if self.wake.is_some_and(|wake| wake <= now) {
             self.wake = None;
+            self.is_between_frames = false;
             self.window.request_redraw();
+        }
+        if self.is_between_frames {
+            self.work_between_frames();
         }
         if now.duration_since(self.last_look) > Duration::from_secs(1) {
             self.last_look = now;
             self.times.peak_bytes = strandlight_scene::memory::peak_bytes();
         }
-        let next = [self.wake, self.document.next_poll()];
+        let next = [
+            self.wake,
+            self.document.next_poll(),
+            self.is_between_frames.then_some(now),
+        ];
         next.into_iter().flatten().min()
     }
 
@@ -310,7 +329,7 @@ impl Workspace {
         let Some(mut output) = output else {
             return Ok(());
         };
-        self.advance(is_busy);
+        self.advance_in_frame(is_busy);
         // The display may have been recreated in another size.
         self.screen.picture(self.viewer.display());
         let painted = self.screen.paint(
@@ -371,11 +390,33 @@ impl Workspace {
         (output, is_busy)
     }
 
-    fn advance(&mut self, is_busy: bool) {
-        let budget = match self.progress.is_shown || self.is_empty {
-            true => BUDGETS[usize::from(!is_busy)],
+    /// Can the picture be worked on without a frame? A device has to show what it drew, and a page draws only in
+    /// frames.
+    fn works_between_frames(&self) -> bool {
+        cfg!(not(target_arch = "wasm32")) && self.viewer.renderer().device().is_none()
+    }
+
+    /// Works a little on the picture between two frames, and has the next one made when there is something to see.
+    fn work_between_frames(&mut self) {
+        let shown = (self.progress, self.viewer.display().version());
+        self.advance(BUDGET_BETWEEN);
+        let is_new = shown != (self.progress, self.viewer.display().version());
+        let is_due = self.last_frame.elapsed() > LONGEST_FRAME;
+        if is_new || is_due || self.progress.is_done || self.is_stuck || self.is_outdated {
+            self.is_between_frames = false;
+            self.window.request_redraw();
+        }
+    }
+
+    fn advance_in_frame(&mut self, is_busy: bool) {
+        let is_short = is_busy || self.works_between_frames();
+        self.advance(match self.progress.is_shown || self.is_empty || is_short {
+            true => BUDGETS[usize::from(!is_short)],
             false => BUDGET_OF_VIEWS,
-        };
+        });
+    }
+
+    fn advance(&mut self, budget: Duration) {
         let is_mask_shown = self.state.paint.is_mask_shown();
         self.viewer.set_mask_shown(is_mask_shown);
         match self.viewer.advance(budget) {
@@ -440,10 +481,14 @@ impl Workspace {
             Painted::Presented => {
                 let is_rough = (1..MOST_ROUGH).contains(&self.n_rough);
                 let is_new = is_outdated || self.progress != shown;
-                delay.is_zero() || is_working || is_rough || is_new
+                let is_worked_on = is_working && !self.works_between_frames();
+                delay.is_zero() || is_worked_on || is_rough || is_new
             }
             Painted::Hidden => false,
         };
+        let is_presented = painted == Painted::Presented;
+        self.is_between_frames =
+            is_working && !is_next && is_presented && self.works_between_frames();
         if is_next {
             self.window.request_redraw();
         } else {

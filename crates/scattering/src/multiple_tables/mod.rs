@@ -35,8 +35,8 @@ mod wide;
 use core::f32::consts::PI;
 
 use crate::closed_form::{
-    ALL_MODES, AverageTexel, MODE_TRT, SampleLobes, Shading, TERM_GLOBAL, TERM_LOCAL, half_circle,
-    sample_averages,
+    ALL_MODES, AverageTexel, Fibre, MODE_TRT, SampleLobes, Shading, TERM_GLOBAL, TERM_LOCAL,
+    half_circle, sample_averages,
 };
 use crate::dual_scattering::N_INCLINATIONS;
 use crate::jobs::Job;
@@ -86,39 +86,9 @@ impl MultipleTables {
         terms: u32,
         run: impl Fn(Vec<Job>),
     ) -> MultipleTables {
-        let plan = Plan::new(shading, averages, terms, &run);
-        let Plan {
-            axes, direct_axes, ..
-        } = plan;
-        let has_global = plan.terms & TERM_GLOBAL != 0;
-        let has_local = plan.terms & TERM_LOCAL != 0;
-        let source = Source {
-            fibre: shading.fibre,
-            profiles: plan.profiles.as_ref(),
-            averages: has_local.then_some(averages),
-        };
-        let n_rows = |axes: &Axes, is_needed: bool| if is_needed { axes.n_rows() } else { 0 };
-        let mut rows = vec![Row::default(); n_rows(&axes, has_global || has_local)];
-        let mut direct = vec![DirectRow::default(); n_rows(&direct_axes, has_local)];
-        let source = &source;
-        let mut jobs = jobs_of(&axes, &mut rows, move |w, j, o| source.row(w, j, o));
-        jobs.extend(jobs_of(&direct_axes, &mut direct, move |w, j, o| {
-            source.direct_row(w, j, o)
-        }));
-        run(jobs);
-        axes.balance(&mut rows);
-        direct_axes.balance(&mut direct);
-        MultipleTables {
-            terms: plan.terms,
-            axes,
-            functions: plan
-                .profiles
-                .map(|profiles| profiles.functions)
-                .unwrap_or_default(),
-            rows,
-            direct_axes,
-            direct,
-        }
+        let mut filling = Filling::new(shading, averages, terms, &run);
+        filling.fill(shading.fibre, averages, usize::MAX, run);
+        filling.finish()
     }
 
     /// The terms that they serve, a sum of [`TERM_GLOBAL`] and [`TERM_LOCAL`].
@@ -179,6 +149,81 @@ impl MultipleTables {
         let kappa = 2.0 * cos_theta_j * cosine.max(0.0) / (lambda * lambda);
         let share = half_circle(kappa, cos_delta);
         [r, g, b].map(|value| share * value.max(0.0))
+    }
+}
+
+/// Tables that are being filled, some widths at a time.
+pub struct Filling {
+    plan: Plan,
+    rows: Vec<Row>,
+    direct: Vec<DirectRow>,
+    /// Widths of both that are filled.
+    n_done: usize,
+}
+
+impl Filling {
+    /// Of [`MultipleTables::new`], with no row yet.
+    pub fn new(
+        shading: &Shading<impl SampleLobes + Sync>,
+        averages: &[AverageTexel],
+        terms: u32,
+        run: impl FnOnce(Vec<Job>),
+    ) -> Filling {
+        let plan = Plan::new(shading, averages, terms, run);
+        let n_rows = |axes: &Axes, is_needed: bool| if is_needed { axes.n_rows() } else { 0 };
+        let has_local = plan.terms & TERM_LOCAL != 0;
+        Filling {
+            rows: vec![Row::default(); n_rows(&plan.axes, plan.terms != 0)],
+            direct: vec![DirectRow::default(); n_rows(&plan.direct_axes, has_local)],
+            n_done: 0,
+            plan,
+        }
+    }
+
+    /// Fills the rows of the next widths, at most so many, of the fibre that it was begun for; answers whether that
+    /// were all.
+    pub fn fill(
+        &mut self,
+        fibre: &Fibre,
+        averages: &[AverageTexel],
+        most: usize,
+        run: impl FnOnce(Vec<Job>),
+    ) -> bool {
+        let source = &Source {
+            fibre,
+            profiles: self.plan.profiles.as_ref(),
+            averages: (self.plan.terms & TERM_LOCAL != 0).then_some(averages),
+        };
+        let mut jobs = jobs_of(&self.plan.axes, &mut self.rows, move |w, j, o| {
+            source.row(w, j, o)
+        });
+        jobs.extend(jobs_of(
+            &self.plan.direct_axes,
+            &mut self.direct,
+            move |w, j, o| source.direct_row(w, j, o),
+        ));
+        let n = jobs.len();
+        run(jobs.into_iter().skip(self.n_done).take(most).collect());
+        self.n_done = self.n_done.saturating_add(most).min(n);
+        self.n_done == n
+    }
+
+    /// The tables.
+    pub fn finish(mut self) -> MultipleTables {
+        let plan = self.plan;
+        plan.axes.balance(&mut self.rows);
+        plan.direct_axes.balance(&mut self.direct);
+        MultipleTables {
+            terms: plan.terms,
+            axes: plan.axes,
+            functions: plan
+                .profiles
+                .map(|profiles| profiles.functions)
+                .unwrap_or_default(),
+            rows: self.rows,
+            direct_axes: plan.direct_axes,
+            direct: self.direct,
+        }
     }
 }
 
