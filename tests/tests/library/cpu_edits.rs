@@ -10,6 +10,7 @@ use strandlight_formats::{
 };
 use strandlight_runtime::script::Script;
 use strandlight_runtime::{Display, InteractiveBackend, Session, Viewer};
+use strandlight_scattering::HairParams;
 use strandlight_scene::{Backend, PreparedScene};
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 
@@ -317,7 +318,7 @@ fn edits_run_only_the_stages_that_they_touch() {
     }
 }
 
-/// A light that is tinted or off is there at the first step: what each light comes to is kept.
+/// A light that is tinted or off is there at the first picture, with all light: what each light comes to is kept.
 #[test]
 fn other_colors_of_the_lights_show_at_once() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -341,7 +342,8 @@ fn other_colors_of_the_lights_show_at_once() {
             Ok::<(), strandlight_runtime::ScriptError>(())
         });
         done.expect("a valid step");
-        let progress = viewer.advance(Duration::ZERO).expect("a step");
+        // Until there is a picture.
+        let progress = viewer.advance(Duration::from_secs(60)).expect("a step");
         assert!(
             progress.is_shown && progress.is_shaded && !progress.is_done,
             "{keys}"
@@ -406,6 +408,54 @@ fn shadow_maps_serve_other_views_after_the_first_picture() {
         assert!(
             live.display().pixels == fresh(&other),
             "after {n} of {steps:?} steps"
+        );
+    }
+}
+
+/// Edits that come while something is half done, whatever it is: a light goes off and on, the hair changes and back.
+#[test]
+fn slow_edits_between_steps_end_as_fresh_scenes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let hair = curtain(20, 6, 0.2, 0.0);
+    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |scene| {
+        scene.hair.diameter_cm = Some(0.1);
+        scene.render.size = SIZE;
+        scene.proxies = vec![head()];
+    });
+    let scene = PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair");
+    let on: Vec<[f32; 3]> = scene.lights.iter().map(|light| light.rgb).collect();
+    let mut off = on.clone();
+    off[0] = [0.0; 3];
+    let (hair, modes) = (*scene.hair.hair(), scene.hair.modes().to_vec());
+    let other = HairParams {
+        eta: hair.eta + 0.1,
+        ..hair
+    };
+    let mut live = InteractiveRenderer::new(scene.clone());
+    let mut n_steps = 1;
+    while !live.advance(Duration::ZERO).expect("a step").is_done {
+        n_steps += 1;
+    }
+    let fresh = live.display().pixels.to_vec();
+    for n in (0..n_steps).step_by(17) {
+        let mut live = InteractiveRenderer::new(scene.clone());
+        let step = |live: &mut InteractiveRenderer, n: usize| {
+            for _ in 0..n {
+                live.advance(Duration::ZERO).expect("a step");
+            }
+        };
+        step(&mut live, n);
+        live.set_light_colors(&off).expect("as many lights");
+        step(&mut live, 1 + n % 3);
+        live.set_hair(&other, &modes).expect("in range");
+        step(&mut live, 1 + n % 2);
+        live.set_light_colors(&on).expect("as many lights");
+        step(&mut live, 1);
+        live.set_hair(&hair, &modes).expect("in range");
+        while !live.advance(Duration::ZERO).expect("a step").is_done {}
+        assert!(
+            live.display().pixels == fresh,
+            "after {n} of {n_steps} steps"
         );
     }
 }
