@@ -70,10 +70,11 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
         return Err(named("the name must end in .png".to_owned()).into());
     }
     let target = target.map_err(|error| named(format!("cannot be written: {error}")))?;
-    check_no_input(args, path, &target)?;
+    check_is_none_of(inputs_of(args), "an input", path, &target)?;
     // What is wrong with the scene is said before a device is opened.
     let session = open(args)?;
-    check_not_of_scene(session.scene(), path, &target)?;
+    let files = session.scene().file_paths();
+    check_is_none_of(files, "a file of the scene", path, &target)?;
     let mut recorder = Recorder::new(session.files());
     let mut viewer = viewer(args, session)?;
     viewer.set_time(args.time)?;
@@ -94,35 +95,30 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
     }
 }
 
-/// Refuses an output that is the scene or the script.
-fn check_no_input(args: &Args, path: &Path, target: &OutputTarget) -> Answer<()> {
+/// The scene and the script.
+fn inputs_of(args: &Args) -> Vec<PathBuf> {
     let script = match &args.job {
-        Job::Script(script) => Some(script.as_path()),
+        Job::Script(script) => Some(script.clone()),
         _ => None,
     };
-    let mut inputs = [Some(scene_of(args)), script].into_iter().flatten();
-    let is_output = |input: &Path| {
-        let input = input.canonicalize();
-        matches!((target, input), (OutputTarget::File(file), Ok(input)) if *file == input)
-    };
-    match inputs.any(is_output) {
-        true => Err(format!("{}: is an input; name another output", path.display()).into()),
-        false => Ok(()),
-    }
+    std::iter::once(scene_of(args).to_owned())
+        .chain(script)
+        .collect()
 }
 
-/// Refuses an output that is a file which `scene` names.
-fn check_not_of_scene(scene: &Scene, path: &Path, target: &OutputTarget) -> Answer<()> {
-    let OutputTarget::File(file) = target else {
+/// Refuses an output that is one of `files`, of which `what` says what they are.
+fn check_is_none_of(
+    files: Vec<PathBuf>,
+    what: &str,
+    path: &Path,
+    target: &OutputTarget,
+) -> Answer<()> {
+    let OutputTarget::File(output) = target else {
         return Ok(());
     };
-    let is_file = |path: PathBuf| path.canonicalize().is_ok_and(|path| path == *file);
-    match scene.file_paths().into_iter().any(is_file) {
-        true => Err(format!(
-            "{}: is a file of the scene; name another output",
-            path.display()
-        )
-        .into()),
+    let is_output = |file: PathBuf| file.canonicalize().is_ok_and(|file| file == *output);
+    match files.into_iter().any(is_output) {
+        true => Err(format!("{}: is {what}; name another output", path.display()).into()),
         false => Ok(()),
     }
 }
@@ -147,8 +143,9 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
     let outputs = files.iter().map(|file| out.join(file));
     for path in outputs.chain([times.clone()]) {
         let target = output_target(&path).map_err(|error| cannot_write(&path, &error))?;
-        check_no_input(args, &path, &target)?;
-        check_not_of_scene(session.scene(), &path, &target)?;
+        check_is_none_of(inputs_of(args), "an input", &path, &target)?;
+        let files = session.scene().file_paths();
+        check_is_none_of(files, "a file of the scene", &path, &target)?;
     }
     let mut viewer = viewer(args, session)?;
     viewer.set_time(args.time)?;
