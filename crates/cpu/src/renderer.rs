@@ -22,7 +22,7 @@ use strandlight_scene::{
 use super::composite::composite;
 use super::frame::{Edit, Frame};
 use super::last_view::LastView;
-use super::{PointShadows, ShadowSource, render_observed};
+use super::sampled::{PointShadows, ShadowSource, render_observed};
 use strandlight_scene::progress::Deadline;
 
 /// Most pixels of a picture that is drawn by a visibility list, some 100 bytes each; larger ones are
