@@ -3,10 +3,19 @@
 
 use serde_json::{Value, json};
 
-use crate::session::Change;
 use strandlight_scene::material::PartReport;
 use strandlight_scene::memory;
 use strandlight_scene::stats::{Stage, Stats};
+#[cfg(not(target_arch = "wasm32"))]
+use strandlight_scene::{Backend, Picture, RenderError};
+#[cfg(not(target_arch = "wasm32"))]
+use web_time::Instant;
+
+#[cfg(not(target_arch = "wasm32"))]
+use crate::script::Frame;
+use crate::session::Change;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::viewer::Viewer;
 
 /// Times of a list of frames.
 #[derive(Clone, Debug, Default)]
@@ -31,6 +40,35 @@ pub struct Made {
     pub changed: Change,
     /// What was done.
     pub stats: Stats,
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+impl Made {
+    /// Draws a frame of a script for the file of this name.
+    ///
+    /// # Errors
+    /// As [`Viewer::frame`].
+    pub fn draw<B: Backend + ?Sized>(
+        viewer: &mut Viewer<B>,
+        frame: &Frame,
+        file: String,
+    ) -> Result<(Picture, Made), RenderError> {
+        let start = Instant::now();
+        let render = &viewer.session().scene().render;
+        let size = frame.size.unwrap_or(render.size);
+        let samples = frame.samples.unwrap_or(render.samples);
+        let (picture, stats) = viewer.frame(size, samples)?;
+        let made = Made {
+            file,
+            size,
+            samples,
+            time: viewer.time(),
+            milliseconds: 1e3 * start.elapsed().as_secs_f64(),
+            changed: viewer.take_changes(),
+            stats,
+        };
+        Ok((picture, made))
+    }
 }
 
 impl Timings {

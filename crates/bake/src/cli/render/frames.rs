@@ -199,20 +199,8 @@ fn draw(
         if !numbers.next().is_some_and(|number| shard.has(number)) {
             return Ok(());
         }
-        let start = Instant::now();
-        let render = &viewer.session().scene().render;
-        let size = frame.size.unwrap_or(render.size);
-        let samples = frame.samples.unwrap_or(render.samples);
-        let (picture, stats) = viewer.frame(size, samples)?;
-        let made = Made {
-            file: file_of(frame).display().to_string(),
-            size,
-            samples,
-            time: viewer.time(),
-            milliseconds: 1e3 * start.elapsed().as_secs_f64(),
-            changed: viewer.take_changes(),
-            stats,
-        };
+        let file = file_of(frame).display().to_string();
+        let (picture, made) = Made::draw(viewer, frame, file)?;
         out.write(viewer, &picture, made).map_err(Stopped)
     });
     done.map_err(|Stopped(failure)| failure)?;

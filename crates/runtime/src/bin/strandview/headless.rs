@@ -5,7 +5,7 @@ use std::error::Error;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use strandlight_formats::{OutputTarget, Scene, check_writable, output_target, write_file};
+use strandlight_formats::{OutputTarget, check_writable, output_target, write_file};
 use strandlight_render::gpu::Context;
 use strandlight_runtime::script::{self, Frame, Script};
 use strandlight_runtime::timings::{Made, Timings};
@@ -153,26 +153,15 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
     let mut recorder = Recorder::new(viewer.session().files());
     let mut made = Timings::default();
     script.run(&mut viewer, |viewer, frame| -> Answer<()> {
-        let start = Instant::now();
-        let render = &viewer.session().scene().render;
-        let size = frame.size.unwrap_or(render.size);
-        let samples = frame.samples.unwrap_or(render.samples);
-        let (picture, stats) = viewer.frame(size, samples)?;
-        let milliseconds = 1e3 * start.elapsed().as_secs_f64();
         let file = file_of(frame)?;
         let path = out.join(&file);
-        let provenance = provenance(&mut recorder, viewer, size, [samples, stats.samples])?;
+        let (picture, drawn) = Made::draw(viewer, frame, file.display().to_string())?;
+        let samples = [drawn.samples, drawn.stats.samples];
+        let provenance = provenance(&mut recorder, viewer, drawn.size, samples)?;
         write(&path, &png(viewer, &picture, &provenance)?)?;
-        say(line_about(&path, &picture, &stats, 1e-3 * milliseconds))?;
-        made.push(Made {
-            file: file.display().to_string(),
-            size,
-            samples,
-            time: viewer.time(),
-            milliseconds,
-            changed: viewer.take_changes(),
-            stats,
-        });
+        let seconds = 1e-3 * drawn.milliseconds;
+        say(line_about(&path, &picture, &drawn.stats, seconds))?;
+        made.push(drawn);
         Ok(())
     })?;
     let backend = viewer.renderer().name();
