@@ -462,7 +462,7 @@ fn what_cannot_be_is_refused() {
                 "--light-group",
                 "b=0",
             ],
-            &["group b", "light 0", "two groups"],
+            &["group b", "light 0", "in a group already"],
         ),
         (
             &[

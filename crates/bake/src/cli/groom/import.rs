@@ -69,13 +69,14 @@ impl FrameArgs {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let Args { input, output, .. } = args;
-    check_groom_name(output)?;
     if let Some(range) = args.frames.frames {
+        check_groom_name(output)?;
         let source = args.frames.open(input, &args.source)?;
         let target = Target::new(output, Wish::default(), None)?;
         return write_sequence(&source, input, range, &target, output);
     }
     check_outputs(&[input], &[output])?;
+    check_groom_name(output)?;
     write_groom(&groom(args)?, output)
 }
 
