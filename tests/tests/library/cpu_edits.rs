@@ -1,8 +1,10 @@
 //! The CPU renderer after edits of a document draws what it draws of the same document opened
 //! afresh, bit for bit, and runs no stage that the edit does not touch.
 
-use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
 use std::time::Duration;
+
+use serde_json::{Value, json};
 
 use strandlight_cpu::{CpuRenderer, InteractiveRenderer};
 use strandlight_formats::{
@@ -170,11 +172,7 @@ fn interactive_pictures_end_as_fresh_ones() {
 #[test]
 fn edits_of_the_variation_end_as_fresh_scenes() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let hair = curtain(20, 6, 0.2, 0.0);
-    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |scene| {
-        scene.hair.diameter_cm = Some(0.1);
-        scene.render.size = SIZE;
-    });
+    let at = write_curtain(folder.path(), Vec::new());
     let brush = |dye: [f64; 3]| json!({"radius_cm": 1.5, "effect": {"dye": dye}});
     let script = json!([
         {"set": {"variation.melanin_strand": 0.5}},
@@ -318,16 +316,21 @@ fn edits_run_only_the_stages_that_they_touch() {
     }
 }
 
+/// A scene of a straight curtain of hair with these things beside it.
+fn write_curtain(folder: &Path, proxies: Vec<ProxySection>) -> PathBuf {
+    let hair = curtain(20, 6, 0.2, 0.0);
+    write_small_scene(folder, &hair, key_and_sky(), |scene| {
+        scene.hair.diameter_cm = Some(0.1);
+        scene.render.size = SIZE;
+        scene.proxies = proxies;
+    })
+}
+
 /// A light that is tinted or off is there at the first picture, with all light: what each light comes to is kept.
 #[test]
 fn other_colors_of_the_lights_show_at_once() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let hair = curtain(20, 6, 0.2, 0.0);
-    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |scene| {
-        scene.hair.diameter_cm = Some(0.1);
-        scene.render.size = SIZE;
-        scene.proxies = vec![head()];
-    });
+    let at = write_curtain(folder.path(), vec![head()]);
     let mut viewer = interactive(Session::open(&at).expect("a scene"));
     finish(&mut viewer);
     let mut before = shown(&viewer).pixels.to_vec();
@@ -364,11 +367,7 @@ fn other_colors_of_the_lights_show_at_once() {
 #[test]
 fn shadow_maps_serve_other_views_after_the_first_picture() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let hair = curtain(20, 6, 0.2, 0.0);
-    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |scene| {
-        scene.hair.diameter_cm = Some(0.1);
-        scene.render.size = SIZE;
-    });
+    let at = write_curtain(folder.path(), Vec::new());
     let mut scene = PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair");
     // Half of the hair is out of view.
     scene.camera.eye = scene.camera.eye.lerp(scene.camera.target, 0.7);
@@ -416,12 +415,7 @@ fn shadow_maps_serve_other_views_after_the_first_picture() {
 #[test]
 fn slow_edits_between_steps_end_as_fresh_scenes() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let hair = curtain(20, 6, 0.2, 0.0);
-    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |scene| {
-        scene.hair.diameter_cm = Some(0.1);
-        scene.render.size = SIZE;
-        scene.proxies = vec![head()];
-    });
+    let at = write_curtain(folder.path(), vec![head()]);
     let scene = PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair");
     let on: Vec<[f32; 3]> = scene.lights.iter().map(|light| light.rgb).collect();
     let mut off = on.clone();

@@ -7,10 +7,12 @@ use rayon::prelude::*;
 use strandlight_scattering::jobs::Job;
 use strandlight_scattering::multiple_tables::{Filling, MultipleTables};
 use strandlight_scene::PreparedScene;
+use strandlight_scene::beside::Beside;
 use strandlight_scene::bounce::passed_weights;
 use strandlight_scene::progress::timed;
 use strandlight_scene::scene::LightRecord;
-use strandlight_scene::shadow_maps::ShadowPlan;
+use strandlight_scene::shadow_maps::{ShadowPlan, ShadowView};
+use strandlight_scene::strands::Strands;
 use strandlight_scene::volume::Grid;
 
 use super::super::bounce::{BounceLight, BounceRays};
@@ -118,15 +120,9 @@ impl Frame {
         let plan = &lights.plan;
         let is_extended = self.unblocked.is_some();
         let mut casting = self.casting.take();
-        let (is_done, seconds) = timed(|| match (&mut casting, &self.strip_order) {
-            (Some(casting), _) => casting.step(&picturing.beside),
-            (None, None) if !plan.views.is_empty() => {
-                self.strip_order = Some(Arc::new(StripOrder::new(strands)));
-                false
-            }
-            (None, order) => {
-                let nothing = Arc::default();
-                let order = order.as_ref().unwrap_or(&nothing);
+        let (is_done, seconds) = timed(|| {
+            let of = (&**strands, &picturing.beside);
+            step_maps(&mut casting, &mut self.strip_order, of, || {
                 // Where there are drafts, other views are to come, but this one's picture first.
                 let is_wanted = match picturing.has_drafts {
                     true => is_extended,
@@ -134,10 +130,8 @@ impl Frame {
                 };
                 let is_everywhere = is_wanted && can_be_everywhere(plan, strands.points.len());
                 let visible = (!is_everywhere).then_some(&visible.points[..]);
-                let views = plan.views.clone();
-                casting = Some(Casting::new(views, (strands, order), visible));
-                false
-            }
+                (plan.views.clone(), visible)
+            })
         });
         let mut bytes = 0;
         match casting {
@@ -160,22 +154,13 @@ impl Frame {
         };
         let is_extended = self.through.is_some();
         let mut casting = self.through_casting.take();
-        let (strands, plan) = (&picturing.scene.strands, &lights.plan);
-        let (is_done, seconds) = timed(|| match (&mut casting, &self.strip_order) {
-            (Some(casting), _) => casting.step(&picturing.beside),
-            (None, None) if !plan.views.is_empty() => {
-                self.strip_order = Some(Arc::new(StripOrder::new(strands)));
-                false
-            }
-            (None, order) => {
-                let nothing = Arc::default();
-                let order = order.as_ref().unwrap_or(&nothing);
-                let views = plan.through(picturing.view.forward);
+        let (is_done, seconds) = timed(|| {
+            let of = (&*picturing.scene.strands, &picturing.beside);
+            step_maps(&mut casting, &mut self.strip_order, of, || {
+                let views = lights.plan.through(picturing.view.forward);
                 // At all points they serve the drafts of other views, after this one's picture.
-                let visible = (!is_extended).then_some(&visible.points[..]);
-                casting = Some(Casting::new(views, (strands, order), visible));
-                false
-            }
+                (views, (!is_extended).then_some(&visible.points[..]))
+            })
         });
         let mut bytes = 0;
         match casting {
@@ -368,6 +353,27 @@ impl Frame {
         self.multiple = found;
         self.ran("tables", seconds, bytes);
     }
+}
+
+/// Works a little on shadow maps: puts the strands in order for them, begins those of the views and at the visible points that
+/// `wanted` says, or goes on; answers whether all are done.
+fn step_maps<'a>(
+    casting: &mut Option<Casting>,
+    order: &mut Option<Arc<StripOrder>>,
+    (strands, beside): (&Strands, &Beside),
+    wanted: impl FnOnce() -> (Vec<ShadowView>, Option<&'a [u32]>),
+) -> bool {
+    if let Some(casting) = casting {
+        return casting.step(beside);
+    }
+    let (views, visible) = wanted();
+    if order.is_none() && !views.is_empty() {
+        *order = Some(Arc::new(StripOrder::new(strands)));
+        return false;
+    }
+    let order = order.clone().unwrap_or_default();
+    *casting = Some(Casting::new(views, (strands, &order), visible));
+    false
 }
 
 impl Records {
