@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use strandlight_formats::{Background, Scattering, SrbfLight};
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::budget::check_target;
-use strandlight_scene::interactive::{Progress, RenderReport};
+use strandlight_scene::interactive::{PictureProgress, RenderReport};
 use strandlight_scene::motion::Wind;
 use strandlight_scene::paint::Paint;
 use strandlight_scene::panorama::TurnedPanorama;
@@ -31,7 +31,7 @@ const WORK_ON_VIEWS: Duration = Duration::from_millis(30);
 
 /// What a screen shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Display<'a> {
+pub struct DisplayPixels<'a> {
     /// Tone-mapped sRGB times alpha, and alpha, row by row from the top.
     pub pixels: &'a [[u8; 4]],
     /// Width and height; zero before there is a picture.
@@ -103,7 +103,7 @@ impl InteractiveRenderer {
     /// # Errors
     /// A picture that is too large.
     // Steps take some milliseconds, up to 30 on two cores (480,000 points).
-    pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
+    pub fn advance(&mut self, budget: Duration) -> Result<PictureProgress, RenderError> {
         if self.is_resting() {
             return Ok(self.progress());
         }
@@ -174,18 +174,18 @@ impl InteractiveRenderer {
     }
 
     /// How far the picture has come. It has no samples.
-    pub fn progress(&self) -> Progress {
-        Progress {
+    pub fn progress(&self) -> PictureProgress {
+        PictureProgress {
             is_shown: self.is_shown,
             is_shaded: self.is_shaded,
             is_done: self.is_resting(),
-            ..Progress::default()
+            ..PictureProgress::default()
         }
     }
 
     /// The last picture, of the size that was set last from the first picture of that size on.
-    pub fn display(&self) -> Display<'_> {
-        Display {
+    pub fn display(&self) -> DisplayPixels<'_> {
+        DisplayPixels {
             pixels: &self.pixels,
             size: self.shown,
             version: self.version,

@@ -62,7 +62,7 @@ mod visible;
 mod voxelise;
 
 pub use data_layers::{coverage, data_layers};
-pub use interactive::{Display, InteractiveRenderer, levels};
+pub use interactive::{DisplayPixels, InteractiveRenderer, levels};
 pub use light_reaching::transmittance_seen;
 pub use renderer::CpuRenderer;
 pub use sampled::{PointShadows, ShadowSource, point_radiance, render};

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use strandlight_scene::progress::{Display, Progress};
+use strandlight_scene::progress::{Progress, ProgressDisplay};
 
 use crate::fault::{Fault, Outcome};
 
@@ -68,7 +68,7 @@ struct Steps {
     total: u64,
 }
 
-impl Display for Steps {
+impl ProgressDisplay for Steps {
     fn advance(&self, steps: u64) {
         let done = self.watch.0.steps.fetch_add(steps, Ordering::Relaxed) + steps;
         self.watch.reach(done as f64 / self.total.max(1) as f64);

@@ -8,7 +8,7 @@ use crate::integrator::CameraRay;
 use crate::rays::Start;
 
 /// Most samples of a pixel.
-pub const MAX_SAMPLES: u32 = 1 << 24;
+pub const MAX_TRUTH_SAMPLES: u32 = 1 << 24;
 
 /// Side in pixels of the squares of [`square_by_square`].
 const SQUARE: usize = 8;

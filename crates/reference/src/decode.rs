@@ -7,7 +7,7 @@ use exr::prelude::{AttributeValue, FlatSamples, ReadChannels, ReadLayers, Text, 
 use strandlight_formats::content_hash;
 use strandlight_images::exr_file::Channel;
 
-use super::camera::MAX_SAMPLES;
+use super::camera::MAX_TRUTH_SAMPLES;
 use super::exact::{has_all_sums, most_channels, read_all_sums, read_bits};
 use super::file_error::FileError;
 use super::film::Film;
@@ -76,13 +76,13 @@ pub(super) fn size_of(header: &Header) -> [usize; 2] {
     [header.layer_size.width(), header.layer_size.height()]
 }
 
-/// The number that an attribute is, at most [`MAX_SAMPLES`].
+/// The number that an attribute is, at most [`MAX_TRUTH_SAMPLES`].
 ///
 /// # Errors
 /// There is none such.
 pub(super) fn number_of(header: &Header, name: &str) -> Result<u32, FileError> {
     let number = need(header, name)?.parse().ok();
-    let number = number.filter(|n| (0..=MAX_SAMPLES).contains(n));
+    let number = number.filter(|n| (0..=MAX_TRUTH_SAMPLES).contains(n));
     number.ok_or_else(|| FileError::Missing(name.to_owned()))
 }
 

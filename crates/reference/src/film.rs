@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::view_uniform;
 
-use super::camera::{MAX_SAMPLES, N_IN_SQUARE, camera_ray, square_by_square};
+use super::camera::{MAX_TRUTH_SAMPLES, N_IN_SQUARE, camera_ray, square_by_square};
 use super::compare::Layer;
 use super::integrator::{Integrator, Layers};
 use super::spans::{Span, push, spans_of};
@@ -104,7 +104,7 @@ impl Film {
     /// number, turned for each pixel. Those of two calls are those of one.
     ///
     /// # Panics
-    /// If there would be a sample beyond [`MAX_SAMPLES`].
+    /// If there would be a sample beyond [`MAX_TRUTH_SAMPLES`].
     pub fn expose(
         &mut self,
         scene: &PreparedScene,
@@ -114,7 +114,7 @@ impl Film {
         observer: &(dyn Fn(f64) + Sync),
     ) {
         let start = self.first + self.n_samples;
-        assert!(n_samples <= MAX_SAMPLES - start, "too many samples");
+        assert!(n_samples <= MAX_TRUTH_SAMPLES - start, "too many samples");
         let samples = start..start + n_samples;
         if samples.is_empty() {
             return;

@@ -68,7 +68,7 @@ mod world;
 #[doc(hidden)]
 pub use backdrop::Backdrop;
 #[doc(hidden)]
-pub use camera::MAX_SAMPLES;
+pub use camera::MAX_TRUTH_SAMPLES;
 #[doc(hidden)]
 pub use directional::Directional;
 #[doc(hidden)]

@@ -6,13 +6,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use strandlight_cpu::{Display, levels};
+use strandlight_cpu::{DisplayPixels, levels};
 use strandlight_reference::converge::{Converged, Convergence, next_step};
 use strandlight_reference::environment::LightSampler;
-use strandlight_reference::{Environment, MAX_SAMPLES, TracedScene};
+use strandlight_reference::{Environment, MAX_TRUTH_SAMPLES, TracedScene};
 use strandlight_scattering::exact::BcsdfError;
 use strandlight_scene::DisplayTransform;
-use strandlight_scene::interactive::Progress;
+use strandlight_scene::interactive::PictureProgress;
 use strandlight_scene::{Picture, PreparedScene, RenderError};
 
 use crate::apart::apart;
@@ -114,7 +114,7 @@ impl GroundTruth {
     }
 
     /// Is the finished picture wanted, to be corrected? `progress` is how far it is.
-    pub fn wants_subject(&mut self, progress: &Progress) -> bool {
+    pub fn wants_subject(&mut self, progress: &PictureProgress) -> bool {
         if !(progress.is_done && progress.is_shown) {
             self.rest = None;
             return false;
@@ -173,10 +173,10 @@ impl GroundTruth {
     }
 
     /// The picture; none before there is one.
-    pub fn display(&self) -> Option<Display<'_>> {
+    pub fn display(&self) -> Option<DisplayPixels<'_>> {
         let shown = self.shown.as_ref()?;
         let Picture { width, height, .. } = shown.converged.picture;
-        Some(Display {
+        Some(DisplayPixels {
             pixels: &shown.pixels,
             size: [width, height],
             version: shown.version,
@@ -278,7 +278,7 @@ fn trace(subject: Subject, is_wanted: &AtomicBool, found: &Mutex<Found>) {
         let traced = start.elapsed();
         let converged = Arc::new(convergence.converged());
         let samples = converged.samples;
-        let is_done = converged.relative_error <= GOAL || samples >= MAX_SAMPLES;
+        let is_done = converged.relative_error <= GOAL || samples >= MAX_TRUTH_SAMPLES;
         tell(&|found| (found.converged, found.is_done) = (Some(converged.clone()), is_done));
         if is_done || !wanted() {
             return;

@@ -3,7 +3,7 @@
 
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-use strandlight_cpu::{Display, coverage, data_layers, levels, transmittance_seen};
+use strandlight_cpu::{DisplayPixels, coverage, data_layers, levels, transmittance_seen};
 use strandlight_reference::converge::Converged;
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scene::camera::Camera;
@@ -148,8 +148,8 @@ impl Inspected {
     }
 
     /// The picture; none before there is one.
-    pub fn display(&self) -> Option<Display<'_>> {
-        (!self.pixels.is_empty()).then_some(Display {
+    pub fn display(&self) -> Option<DisplayPixels<'_>> {
+        (!self.pixels.is_empty()).then_some(DisplayPixels {
             pixels: &self.pixels,
             size: self.size,
             version: self.version,

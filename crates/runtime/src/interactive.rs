@@ -10,7 +10,7 @@ use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
 #[cfg(not(target_arch = "wasm32"))]
 use strandlight_scene::Picture;
-use strandlight_scene::interactive::{Progress, RenderReport};
+use strandlight_scene::interactive::{PictureProgress, RenderReport};
 use strandlight_scene::{Backend, PreparedScene, RenderError};
 
 /// A renderer that works bit by bit and shows what it has.
@@ -19,7 +19,7 @@ pub trait InteractiveBackend: Backend {
     ///
     /// # Errors
     /// [`RenderError::DeviceLost`], or whatever else the device refuses.
-    fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError>;
+    fn advance(&mut self, budget: Duration) -> Result<PictureProgress, RenderError>;
 
     /// What was done since the last edit.
     fn report(&self) -> &RenderReport;
@@ -54,7 +54,7 @@ pub enum Display<'a> {
     /// On the device, `rgba8unorm`.
     Texture(&'a wgpu::TextureView),
     /// In memory.
-    Pixels(strandlight_cpu::Display<'a>),
+    Pixels(strandlight_cpu::DisplayPixels<'a>),
 }
 
 impl Display<'_> {
@@ -67,7 +67,7 @@ impl Display<'_> {
     }
 }
 
-/// A [`strandlight_cpu::Display::version`] that no other picture has, of any viewer: no renderer's own comes
+/// A [`strandlight_cpu::DisplayPixels::version`] that no other picture has, of any viewer: no renderer's own comes
 /// that far.
 pub fn new_version() -> u64 {
     static COUNT: AtomicU64 = AtomicU64::new(0);
@@ -75,7 +75,7 @@ pub fn new_version() -> u64 {
 }
 
 impl InteractiveBackend for ProgressiveRenderer {
-    fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
+    fn advance(&mut self, budget: Duration) -> Result<PictureProgress, RenderError> {
         self.advance(budget)
     }
 
@@ -116,7 +116,7 @@ impl InteractiveBackend for ProgressiveRenderer {
 }
 
 impl InteractiveBackend for InteractiveRenderer {
-    fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
+    fn advance(&mut self, budget: Duration) -> Result<PictureProgress, RenderError> {
         self.advance(budget)
     }
 

@@ -7,7 +7,7 @@
 #[cfg(not(target_arch = "wasm32"))]
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-use strandlight_cpu::{Display, coverage, data_layers};
+use strandlight_cpu::{DisplayPixels, coverage, data_layers};
 use strandlight_scene::layers::{self, Data, Layer};
 use strandlight_scene::paint::{Picker, PointMask};
 use strandlight_scene::{PreparedScene, RenderError};
@@ -206,9 +206,9 @@ impl MaskView {
     }
 
     /// What lies over the picture; none while it is not known what that shows.
-    pub fn display(&self) -> Option<Display<'_>> {
+    pub fn display(&self) -> Option<DisplayPixels<'_>> {
         let overlay = self.overlay.as_ref()?;
-        Some(Display {
+        Some(DisplayPixels {
             pixels: &overlay.pixels,
             size: overlay.size,
             version: overlay.version,

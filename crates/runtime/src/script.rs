@@ -39,7 +39,7 @@ use strandlight_scene::paint::{Brush, BrushStroke, StrokePath};
 pub const MAX_BYTES: u64 = 64 << 20;
 
 /// Most frames of a script or a turntable.
-pub const MAX_FRAMES: u32 = 10_000;
+pub const MAX_SCRIPT_FRAMES: u32 = 10_000;
 
 /// A picture that a script asks for.
 #[derive(Clone, Debug, PartialEq)]
@@ -182,10 +182,10 @@ impl Script {
             let read = step(entry, &mut names);
             steps.push(read.map_err(|source| ScriptError::Step { step: ix, source })?);
         }
-        if names.len() > MAX_FRAMES as usize {
+        if names.len() > MAX_SCRIPT_FRAMES as usize {
             return Err(ScriptError::TooManyFrames {
                 frames: names.len(),
-                most: MAX_FRAMES,
+                most: MAX_SCRIPT_FRAMES,
             });
         }
         Ok(Script { steps })
@@ -194,7 +194,7 @@ impl Script {
     /// `n` frames of a full turn of `camera` about +Y through its target, the first of them the
     /// camera's own, called `0000`, `0001`, ...
     pub fn turntable(camera: &CameraSection, n: u32) -> Script {
-        let steps = (0..n.min(MAX_FRAMES)).flat_map(|ix| {
+        let steps = (0..n.min(MAX_SCRIPT_FRAMES)).flat_map(|ix| {
             let turned = turned(camera, std::f64::consts::TAU * f64::from(ix) / f64::from(n));
             let camera = json!({
                 "position": turned.position,

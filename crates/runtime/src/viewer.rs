@@ -31,7 +31,7 @@ use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
 use strandlight_scene::Camera;
 use strandlight_scene::assets::{camera, densities};
-use strandlight_scene::interactive::{Progress, RenderReport};
+use strandlight_scene::interactive::{PictureProgress, RenderReport};
 use strandlight_scene::motion::{Motion, Wind};
 use strandlight_scene::paint::{ActiveStroke, Picker};
 use strandlight_scene::scene::PreparedScene;
@@ -163,7 +163,7 @@ impl Viewer {
     ///
     /// # Errors
     /// As there.
-    pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
+    pub fn advance(&mut self, budget: Duration) -> Result<PictureProgress, RenderError> {
         let progress = self.renderer.advance(budget)?;
         #[cfg(not(target_arch = "wasm32"))]
         {

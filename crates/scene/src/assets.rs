@@ -27,7 +27,7 @@ use crate::mesh::MeshShape;
 use crate::panorama::TurnedPanorama;
 use crate::proxy::Proxy;
 use crate::strands::Strands;
-use crate::tables::{ShadingTables, TablesError};
+use crate::tables::{ShadingTables, ShadingTablesError};
 use crate::variation::ShapeVariation;
 use crate::volume::power;
 
@@ -444,7 +444,7 @@ fn read_tables<R: Read + Seek>(
     Ok(SceneTables {
         shading: ShadingTables::for_modes(&file, &of_tables)?,
         lobes: Arc::new(LobeTables::from_file(&file, &modes)?),
-        fresnel: file.fresnel.parse().map_err(TablesError::from)?,
+        fresnel: file.fresnel.parse().map_err(ShadingTablesError::from)?,
     })
 }
 

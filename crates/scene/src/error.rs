@@ -6,7 +6,7 @@ use strandlight_scattering::{Lobe, ParamError};
 
 use crate::budget::FrameError;
 use crate::limits::{MAX_GROOM_BYTES, MAX_POINTS};
-use crate::tables::TablesError;
+use crate::tables::ShadingTablesError;
 
 /// A scene that cannot be prepared for rendering.
 ///
@@ -45,7 +45,7 @@ pub enum SceneError {
     },
     /// Tables that shading cannot use.
     #[error(transparent)]
-    Tables(#[from] TablesError),
+    Tables(#[from] ShadingTablesError),
     /// Hair that cannot be shaded.
     #[error(transparent)]
     Material(#[from] EditError),

@@ -8,7 +8,7 @@ use crate::stats::{DeviceStats, FrameStats, Stage, Stats, total};
 
 /// How far the picture has come.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Progress {
+pub struct PictureProgress {
     /// Samples a pixel in the picture that is shown; 0 where a visibility list takes their place.
     pub samples: u32,
     /// Samples a pixel that it will have.

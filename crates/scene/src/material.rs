@@ -34,7 +34,7 @@ use strandlight_scattering::{HairParams, Lobe, Model};
 pub use crate::error::EditError;
 use crate::optics::{Optics, no_lobes};
 use crate::paint::{PaintKinds, no_painted_averages, no_painted_lobes};
-use crate::tables::{TablesError, lobe_table};
+use crate::tables::{ShadingTablesError, lobe_table};
 use lobes::{LobeMaker, LobeSources};
 use parts::{OF_TRT, OF_TT};
 pub use parts::{Part, RULES, Rule};
@@ -138,7 +138,7 @@ impl LobeTables {
     ///
     /// # Errors
     /// As [`lobe_table`].
-    pub fn from_file(file: &TableFile, modes: &[Lobe]) -> Result<LobeTables, TablesError> {
+    pub fn from_file(file: &TableFile, modes: &[Lobe]) -> Result<LobeTables, ShadingTablesError> {
         let read = |mode: Lobe| {
             let wanted = modes.contains(&mode);
             wanted.then(|| lobe_table(file, mode)).transpose()

@@ -3,7 +3,7 @@
 use web_time::Instant;
 
 /// Shows the progress of one piece of work; called from any thread.
-pub trait Display: Send + Sync {
+pub trait ProgressDisplay: Send + Sync {
     /// `steps` more are done.
     fn advance(&self, steps: u64);
 
@@ -19,7 +19,7 @@ pub trait Display: Send + Sync {
 
 /// Reports the progress of one piece of work; share it freely between threads.
 pub struct Progress {
-    display: Option<Box<dyn Display>>,
+    display: Option<Box<dyn ProgressDisplay>>,
 }
 
 impl Progress {
@@ -29,7 +29,7 @@ impl Progress {
     }
 
     /// Reports to `display`.
-    pub fn new(display: impl Display + 'static) -> Self {
+    pub fn new(display: impl ProgressDisplay + 'static) -> Self {
         Progress {
             display: Some(Box::new(display)),
         }

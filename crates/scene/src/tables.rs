@@ -16,7 +16,7 @@ use strandlight_scattering::table_layout::{
 /// Why a `.tables` file cannot be used for shading.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum TablesError {
+pub enum ShadingTablesError {
     /// A table is not in the file.
     #[error("table '{0}' is missing")]
     Missing(&'static str),
@@ -111,7 +111,7 @@ impl ShadingTables {
     ///
     /// # Errors
     /// As there.
-    pub fn from_file(file: &TableFile) -> Result<ShadingTables, TablesError> {
+    pub fn from_file(file: &TableFile) -> Result<ShadingTables, ShadingTablesError> {
         ShadingTables::for_modes(file, &Lobe::ALL)
     }
 
@@ -122,7 +122,10 @@ impl ShadingTables {
     /// # Errors
     /// A missing table or channel, axes of another meaning, or an amount of data that does not
     /// fit the axes.
-    pub fn for_modes(file: &TableFile, modes: &[Lobe]) -> Result<ShadingTables, TablesError> {
+    pub fn for_modes(
+        file: &TableFile,
+        modes: &[Lobe],
+    ) -> Result<ShadingTables, ShadingTablesError> {
         let schlick = file.fresnel == "schlick";
         let h_names = if schlick {
             H_AXIS_NAMES_SCHLICK
@@ -144,7 +147,7 @@ impl ShadingTables {
         if let (Some((tt_axes, _)), Some((trt_axes, _))) = (&h_tt, &h_trt)
             && tt_axes != trt_axes
         {
-            return Err(TablesError::Different);
+            return Err(ShadingTablesError::Different);
         }
         let (c_axes, c) = c.unwrap_or_else(nothing);
         let h_axes = match (&h_tt, &h_trt) {
@@ -175,7 +178,7 @@ impl ShadingTables {
     ///
     /// # Errors
     /// As there.
-    pub fn whole_or_lean(file: &TableFile) -> Result<ShadingTables, TablesError> {
+    pub fn whole_or_lean(file: &TableFile) -> Result<ShadingTables, ShadingTablesError> {
         let modes = if is_lean(file) {
             &Lobe::ALL[..1]
         } else {
@@ -213,9 +216,9 @@ pub fn is_lean(file: &TableFile) -> bool {
 /// # Errors
 /// A missing table or channel, axes of another meaning, or an amount of data that does not fit
 /// the axes.
-pub fn lobe_table(file: &TableFile, mode: Lobe) -> Result<LobeTable, TablesError> {
+pub fn lobe_table(file: &TableFile, mode: Lobe) -> Result<LobeTable, ShadingTablesError> {
     let [shapes, shares] = table_names(mode);
-    let invalid = |what| TablesError::Lobes {
+    let invalid = |what| ShadingTablesError::Lobes {
         shapes,
         shares,
         what,
@@ -248,8 +251,8 @@ fn entries<const N: usize>(
     name: &'static str,
     axis_names: &[&'static str],
     channels: &[&'static str; N],
-) -> Result<(Vec<axis::Axis>, Vec<[f32; N]>), TablesError> {
-    let table: &Table = file.table(name).ok_or(TablesError::Missing(name))?;
+) -> Result<(Vec<axis::Axis>, Vec<[f32; N]>), ShadingTablesError> {
+    let table: &Table = file.table(name).ok_or(ShadingTablesError::Missing(name))?;
     let found: Vec<&str> = table.axes.iter().map(|axis| axis.name.as_str()).collect();
     if found != axis_names {
         return Err(other_axes(table, name, axis_names));
@@ -257,7 +260,7 @@ fn entries<const N: usize>(
     let mut from = [0; N];
     for (from, &channel) in from.iter_mut().zip(channels) {
         let position = table.channels.iter().position(|found| found == channel);
-        *from = position.ok_or(TablesError::Channel {
+        *from = position.ok_or(ShadingTablesError::Channel {
             table: name,
             channel,
         })?;
@@ -268,7 +271,7 @@ fn entries<const N: usize>(
         .iter()
         .try_fold(1usize, |n, axis| n.checked_mul(axis.count as usize));
     if n_entries.and_then(|n| n.checked_mul(n_channels)) != Some(table.data.len()) {
-        return Err(TablesError::Size {
+        return Err(ShadingTablesError::Size {
             table: name,
             found: table.data.len(),
             rows: table.axes[0].count,
@@ -294,14 +297,14 @@ fn texels<const N: usize>(
     name: &'static str,
     axis_names: [&'static str; 2],
     channels: &[&'static str; N],
-) -> Result<TexelTable<[f32; N]>, TablesError> {
+) -> Result<TexelTable<[f32; N]>, ShadingTablesError> {
     let (axes, texels) = entries(file, name, &axis_names, channels)?;
     let [rows, columns] = [axes[0], axes[1]];
     if [rows, columns]
         .iter()
         .any(|side| !(2..=MAX_SIDE).contains(&side.count))
     {
-        return Err(TablesError::Size {
+        return Err(ShadingTablesError::Size {
             table: name,
             found: texels.len() * N,
             rows: rows.count,
@@ -311,9 +314,9 @@ fn texels<const N: usize>(
     Ok(([rows, columns], texels))
 }
 
-fn other_axes(table: &Table, name: &'static str, expected: &[&'static str]) -> TablesError {
+fn other_axes(table: &Table, name: &'static str, expected: &[&'static str]) -> ShadingTablesError {
     let found: Vec<&str> = table.axes.iter().map(|axis| axis.name.as_str()).collect();
-    TablesError::Axes {
+    ShadingTablesError::Axes {
         table: name,
         found: found.join(", "),
         expected: expected.join(", "),

@@ -74,7 +74,7 @@ fn finish(viewer: &mut Viewer) -> usize {
     }
 }
 
-fn shown<'a>(viewer: &'a Viewer) -> strandlight_cpu::Display<'a> {
+fn shown<'a>(viewer: &'a Viewer) -> strandlight_cpu::DisplayPixels<'a> {
     match viewer.display() {
         Display::Pixels(pixels) => pixels,
         Display::Texture(_) => unreachable!("the CPU draws"),

@@ -2,13 +2,13 @@
 
 use strandlight_formats::TableFile;
 use strandlight_scattering::Lobe;
-use strandlight_scene::tables::{ShadingTables, TablesError};
+use strandlight_scene::tables::{ShadingTables, ShadingTablesError};
 use strandlight_tests::oracle;
 
 fn edited(
     file: &TableFile,
     edit: impl FnOnce(&mut TableFile),
-) -> Result<ShadingTables, TablesError> {
+) -> Result<ShadingTables, ShadingTablesError> {
     let mut file = file.clone();
     edit(&mut file);
     ShadingTables::from_file(&file)
@@ -24,35 +24,44 @@ fn faults_are_typed() {
     let missing = edited(&file, |file| {
         file.tables.retain(|table| table.name != "H_TT")
     });
-    assert_eq!(missing, Err(TablesError::Missing("H_TT")));
+    assert_eq!(missing, Err(ShadingTablesError::Missing("H_TT")));
     let axes = edited(&file, |file| {
         file.tables[0].axes[0].name = "lambda".to_owned()
     });
-    assert!(matches!(axes, Err(TablesError::Axes { table: "C", .. })));
+    assert!(matches!(
+        axes,
+        Err(ShadingTablesError::Axes { table: "C", .. })
+    ));
     let axes = edited(&file, |file| file.tables[2].axes.truncate(1));
     assert!(matches!(
         axes,
-        Err(TablesError::Axes { table: "H_TRT", .. })
+        Err(ShadingTablesError::Axes { table: "H_TRT", .. })
     ));
     let channel = edited(&file, |file| file.tables[1].channels[2] = "H3".to_owned());
     assert_eq!(
         channel,
-        Err(TablesError::Channel {
+        Err(ShadingTablesError::Channel {
             table: "H_TT",
             channel: "H4"
         })
     );
     let short = edited(&file, |file| file.tables[0].data.truncate(100));
-    assert!(matches!(short, Err(TablesError::Size { table: "C", .. })));
+    assert!(matches!(
+        short,
+        Err(ShadingTablesError::Size { table: "C", .. })
+    ));
     let huge = edited(&file, |file| file.tables[0].axes[1].count = u32::MAX);
-    assert!(matches!(huge, Err(TablesError::Size { table: "C", .. })));
+    assert!(matches!(
+        huge,
+        Err(ShadingTablesError::Size { table: "C", .. })
+    ));
     let different = edited(&file, |file| file.tables[2].axes[0].max = 9.0);
-    assert_eq!(different, Err(TablesError::Different));
+    assert_eq!(different, Err(ShadingTablesError::Different));
     // Schlick's tables have another column variable: relabelling is not enough.
     let relabelled = edited(&file, |file| file.fresnel = "schlick".to_owned());
     assert!(matches!(
         relabelled,
-        Err(TablesError::Axes { table: "H_TT", .. })
+        Err(ShadingTablesError::Axes { table: "H_TT", .. })
     ));
 }
 
@@ -86,6 +95,6 @@ fn a_mode_needs_its_own_table_only() {
         let mut others = whole.clone();
         others.tables.retain(|table| table.name != name);
         let missing = ShadingTables::for_modes(&others, &[mode]);
-        assert_eq!(missing, Err(TablesError::Missing(name)));
+        assert_eq!(missing, Err(ShadingTablesError::Missing(name)));
     }
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use strandlight_scene::progress::{Display, Progress};
+use strandlight_scene::progress::{Progress, ProgressDisplay};
 
 static IS_QUIET: AtomicBool = AtomicBool::new(false);
 
@@ -50,7 +50,7 @@ pub fn progress(label: &str, total: u64) -> Progress {
 /// A bar on a terminal.
 struct Bar(ProgressBar);
 
-impl Display for Bar {
+impl ProgressDisplay for Bar {
     fn advance(&self, steps: u64) {
         self.0.inc(steps);
     }
@@ -77,7 +77,7 @@ struct Lines {
     state: Mutex<(u64, u64)>,
 }
 
-impl Display for Lines {
+impl ProgressDisplay for Lines {
     fn advance(&self, steps: u64) {
         let Ok(mut state) = self.state.lock() else {
             return;

@@ -13,8 +13,8 @@ use strandlight_reference::environment::{LightSampler, MapSampler};
 use strandlight_reference::rays::Rays;
 use strandlight_reference::{
     Averages, Backdrop, Densities, Directional, Environment, FibreTables, Film, Integrator,
-    MAX_SAMPLES, MeshRays, Method, Painted, PathTracer, RayShoot, ReferenceFile, ReferencePart,
-    samples_of_part,
+    MAX_TRUTH_SAMPLES, MeshRays, Method, Painted, PathTracer, RayShoot, ReferenceFile,
+    ReferencePart, samples_of_part,
 };
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::PaintTexel;
@@ -67,7 +67,7 @@ struct TraceArgs {
     output: PathBuf,
     /// Samples per pixel; with --resume, samples to add; with --shard, those of all shards together
     #[arg(long, visible_alias = "spp", value_name = "N", default_value_t = 64,
-          value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
+          value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_TRUTH_SAMPLES)))]
     samples: u32,
     /// directional: number of lights [default: 1536]; ray-shoot: light directions sampled per
     /// camera sample [default: 4]
@@ -462,8 +462,8 @@ fn resume(args: &TraceArgs, file: &mut ReferenceFile) -> Outcome {
     };
     let resumed = file.resume(&bytes);
     resumed.map_err(|error| Failure::file(path, format!("cannot be resumed: {error}")))?;
-    if args.samples > MAX_SAMPLES - file.film.n_samples() {
-        let text = format!("more than {MAX_SAMPLES} samples in all");
+    if args.samples > MAX_TRUTH_SAMPLES - file.film.n_samples() {
+        let text = format!("more than {MAX_TRUTH_SAMPLES} samples in all");
         return Err(Failure::file(path, text));
     }
     Ok(())

@@ -10,7 +10,7 @@ use strandlight_scene::progress::Progress;
 use super::edit::{EditError, edited, guides};
 use super::nearest::Nearest;
 use super::noise::{Noise, Purpose};
-use super::spec::{MAX_POINTS, MAX_POINTS_PER_STRAND, MAX_STRANDS};
+use super::spec::{MAX_GENERATED_POINTS, MAX_POINTS_PER_STRAND, MAX_STRANDS};
 
 /// What to make of guides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,8 +104,8 @@ pub fn interpolate(
         None => between(groom, spec, &guides)?,
     };
     let total: u64 = mixes.iter().map(|mix| u64::from(mix.n_points)).sum();
-    if total > MAX_POINTS {
-        let range = format!("at most {MAX_POINTS}");
+    if total > MAX_GENERATED_POINTS {
+        let range = format!("at most {MAX_GENERATED_POINTS}");
         return Err(EditError::range("number of points", total, range));
     }
     let lengths = arc_lengths(groom);

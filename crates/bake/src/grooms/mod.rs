@@ -45,7 +45,9 @@ pub use presets::{PRESETS, Preset};
 pub use resample::{Resample, resample};
 pub use roots::{turn_strands, turned_strands};
 pub use scalp::HEAD_RADII;
-pub use spec::{GrowError, GrowSpec, MAX_POINTS, MAX_POINTS_PER_STRAND, MAX_STRANDS, Style};
+pub use spec::{
+    GrowError, GrowSpec, MAX_GENERATED_POINTS, MAX_POINTS_PER_STRAND, MAX_STRANDS, Style,
+};
 pub use stats::{AttributeRange, GroomStats, Spread, stats};
 pub use thin::{coverage, thin};
 pub use transform::Transform;

@@ -3,7 +3,7 @@
 use strandlight_formats::Groom;
 
 use super::edit::{EditError, edited};
-use super::spec::{MAX_POINTS, MAX_POINTS_PER_STRAND};
+use super::spec::{MAX_GENERATED_POINTS, MAX_POINTS_PER_STRAND};
 
 /// Which points strands get.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,8 +26,8 @@ pub fn resample(groom: &Groom, how: Resample) -> Result<Groom, EditError> {
                 return Err(EditError::range("points per strand", n, range));
             }
             let total = groom.n_strands() as u64 * u64::from(n);
-            if total > MAX_POINTS {
-                let range = format!("at most {MAX_POINTS}");
+            if total > MAX_GENERATED_POINTS {
+                let range = format!("at most {MAX_GENERATED_POINTS}");
                 return Err(EditError::range("number of points", total, range));
             }
             (groom.resampled(n)?, format!("resample --points {n}"))

@@ -60,7 +60,7 @@ pub const MAX_STRANDS: u32 = 1_000_000;
 /// Most points of a strand.
 pub const MAX_POINTS_PER_STRAND: u32 = 4096;
 /// Most points in all: 768 MiB of positions.
-pub const MAX_POINTS: u64 = 64 << 20;
+pub const MAX_GENERATED_POINTS: u64 = 64 << 20;
 
 /// A size that cannot be grown.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -79,7 +79,9 @@ pub enum GrowError {
         max: u32,
     },
     /// Both counts are in range but their product is not.
-    #[error("{strands} strands of {points_per_strand} points are more than {MAX_POINTS} points")]
+    #[error(
+        "{strands} strands of {points_per_strand} points are more than {MAX_GENERATED_POINTS} points"
+    )]
     TooManyPoints {
         /// Strands asked for.
         strands: u32,
@@ -108,7 +110,7 @@ impl GrowSpec {
                 });
             }
         }
-        if u64::from(self.strands) * u64::from(self.points_per_strand) > MAX_POINTS {
+        if u64::from(self.strands) * u64::from(self.points_per_strand) > MAX_GENERATED_POINTS {
             let GrowSpec {
                 strands,
                 points_per_strand,

@@ -11,7 +11,7 @@ use strandlight_images::Map;
 use strandlight_scattering::HairParams;
 use strandlight_scene::progress::{Progress, timed};
 
-use super::fit::{Fit, FitError, FitOptions, Fitter, MAX_LIGHTS};
+use super::fit::{Fit, FitError, FitOptions, Fitter, MAX_FITTED_LIGHTS};
 use super::report::Judge;
 use super::response::Response;
 
@@ -61,7 +61,7 @@ pub struct Budget {
     pub max_error: f64,
     /// Which error.
     pub metric: Metric,
-    /// Most lights, 1..=[`MAX_LIGHTS`].
+    /// Most lights, 1..=[`MAX_FITTED_LIGHTS`].
     pub max_count: usize,
     /// Seed of every fit.
     pub seed: u64,
@@ -197,7 +197,7 @@ pub fn fibre_error_of(lights: &strandlight_formats::LightSet, map: &Map, hair: &
 }
 
 fn check_count(count: usize) -> Result<(), FitError> {
-    match (1..=MAX_LIGHTS).contains(&count) {
+    match (1..=MAX_FITTED_LIGHTS).contains(&count) {
         true => Ok(()),
         false => Err(FitError::Count(count)),
     }
@@ -349,7 +349,7 @@ mod tests {
         // And what one light meets takes one.
         let chosen = fit_to_budget(&map, budget(1.0, 256), &Progress::silent()).unwrap();
         assert_eq!((chosen.point.count, chosen.curve.len()), (1, 1));
-        for max_count in [0, MAX_LIGHTS + 1] {
+        for max_count in [0, MAX_FITTED_LIGHTS + 1] {
             let error = fit_to_budget(&map, budget(1.0, max_count), &Progress::silent());
             assert_eq!(error.unwrap_err(), FitError::Count(max_count));
         }

@@ -17,7 +17,7 @@ use strandlight_images::{Map, PixelFaults};
 use strandlight_scene::progress::{Progress, timed};
 
 /// Most lights of a set.
-pub const MAX_LIGHTS: usize = 1024;
+pub const MAX_FITTED_LIGHTS: usize = 1024;
 
 /// Points of the coarse level: a spacing of 7 degrees, enough to find places for lobes.
 const COARSE_POINTS: usize = 800;
@@ -42,7 +42,7 @@ const REFINED_LIGHTS: usize = 96;
 /// What to fit.
 #[derive(Clone, Copy, Debug)]
 pub struct FitOptions {
-    /// Number of lights, 1..=[`MAX_LIGHTS`].
+    /// Number of lights, 1..=[`MAX_FITTED_LIGHTS`].
     pub count: usize,
     /// Turns the lattice from which the search starts; any value, same seed same lights.
     pub seed: u64,
@@ -75,7 +75,7 @@ pub const STEPS: u64 = 5;
 #[non_exhaustive]
 pub enum FitError {
     /// The number of lights is out of range.
-    #[error("the number of lights is {0}, outside 1..={MAX_LIGHTS}")]
+    #[error("the number of lights is {0}, outside 1..={MAX_FITTED_LIGHTS}")]
     Count(usize),
     /// No light at all.
     #[error("the map has no light: {}", no_light(*pixels, faults))]
@@ -100,7 +100,7 @@ pub enum FitError {
 /// # Errors
 /// The map has no light or values too large, or the count is out of range.
 pub fn fit(map: &Map, options: FitOptions, progress: &Progress) -> Result<Fit, FitError> {
-    if !(1..=MAX_LIGHTS).contains(&options.count) {
+    if !(1..=MAX_FITTED_LIGHTS).contains(&options.count) {
         return Err(FitError::Count(options.count));
     }
     Fitter::new(map, options.seed)?.fit(options.count, progress)
@@ -144,7 +144,7 @@ impl<'a> Fitter<'a> {
         })
     }
 
-    /// Fits `count` lights, 1..=[`MAX_LIGHTS`].
+    /// Fits `count` lights, 1..=[`MAX_FITTED_LIGHTS`].
     ///
     /// # Errors
     /// The map has values too large.
@@ -555,7 +555,7 @@ mod tests {
         let black = Map::new(32, 16, vec![[0.0; 3]; 512]).unwrap();
         let error = fit(&black, FitOptions::default(), &Progress::silent()).unwrap_err();
         assert!(error.to_string().contains("no light"));
-        for count in [0, MAX_LIGHTS + 1] {
+        for count in [0, MAX_FITTED_LIGHTS + 1] {
             let options = FitOptions { count, seed: 0 };
             assert!(fit(&one, options, &Progress::silent()).is_err());
         }

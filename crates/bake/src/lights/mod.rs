@@ -50,7 +50,7 @@ pub use budget::{
     fit_with_curve,
 };
 pub use cells::radiance;
-pub use fit::{Fit, FitError, FitOptions, MAX_LIGHTS, STEPS, fit};
+pub use fit::{Fit, FitError, FitOptions, MAX_FITTED_LIGHTS, STEPS, fit};
 pub use light_set::light_set;
 pub use panorama::panorama;
 pub use preview::{Pictures, light_set_png, pictures, preview_png};

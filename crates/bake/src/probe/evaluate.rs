@@ -15,7 +15,7 @@ use strandlight_scattering::{HairBits, HairParams, Lobe, Model};
 use strandlight_scene::material::{HairMaterial, LobeTables};
 use strandlight_scene::optics::Optics;
 use strandlight_scene::probe::{MODE_ALL, Query, evaluate};
-use strandlight_scene::tables::{ShadingTables, TablesError, is_lean};
+use strandlight_scene::tables::{ShadingTables, ShadingTablesError, is_lean};
 
 use super::answer::Answer;
 use super::per_fibre::PerFibre;
@@ -43,7 +43,7 @@ pub type Device = Box<dyn Fn(&[Query], &[Optics]) -> Result<Vec<[f32; 4]>, Strin
 pub enum ProbeError {
     /// Tables that shading cannot read.
     #[error(transparent)]
-    Tables(#[from] TablesError),
+    Tables(#[from] ShadingTablesError),
     /// Tables of a Fresnel term that is not known.
     #[error(transparent)]
     Fresnel(#[from] UnknownFresnel),

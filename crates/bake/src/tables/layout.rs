@@ -31,7 +31,7 @@ pub enum TableError {
     Fresnel(#[from] UnknownFresnel),
     /// The renderer cannot read the tables.
     #[error(transparent)]
-    Shading(#[from] strandlight_scene::tables::TablesError),
+    Shading(#[from] strandlight_scene::tables::ShadingTablesError),
 }
 
 /// The Fresnel term that a file's H tables hold.

@@ -21,7 +21,7 @@ use strandlight_scattering::lobes::{DEFAULT_LOBE_TEXELS, LobeTable, LobeTexture,
 use strandlight_scattering::table_layout::{C_CHANNELS, C_COLUMNS, C_ROWS};
 use strandlight_scattering::{HairParams, Lobe, Model, ParamError};
 use strandlight_scene::optics::Optics;
-use strandlight_scene::tables::{ShadingTables, TablesError, lobe_table};
+use strandlight_scene::tables::{ShadingTables, ShadingTablesError, lobe_table};
 
 use super::brute_force::BruteForce;
 
@@ -34,7 +34,7 @@ pub enum MethodError {
     Format(#[from] strandlight_formats::Error),
     /// Tables cannot be used for shading.
     #[error(transparent)]
-    Tables(#[from] TablesError),
+    Tables(#[from] ShadingTablesError),
 }
 
 /// A way to evaluate Eq 11.
@@ -252,7 +252,7 @@ impl MethodTables {
                 let tables = ShadingTables::from_file(&with_c_of(&bundled, size))?;
                 Ok((size, Arc::new(tables)))
             })
-            .collect::<Result<_, TablesError>>()?;
+            .collect::<Result<_, ShadingTablesError>>()?;
         let lobes = [
             lobe_table(&bundled, Lobe::Tt)?,
             lobe_table(&bundled, Lobe::Trt)?,

@@ -24,7 +24,7 @@ use strandlight_scene::camera::view_uniform;
 use strandlight_scene::{Picture, PreparedScene};
 
 use crate::backdrop::Backdrop;
-use crate::camera::{MAX_SAMPLES, N_IN_SQUARE, camera_ray, square_by_square};
+use crate::camera::{MAX_TRUTH_SAMPLES, N_IN_SQUARE, camera_ray, square_by_square};
 use crate::integrator::Integrator;
 use allocation::{Allocation, Noise};
 use shrink::{Cell, Field, Shrunk, shrink};
@@ -63,7 +63,7 @@ const GROWTH: f64 = 0.5;
 pub fn next_step(samples: u32, [of_one, of_picture]: [f64; 2], longest: Duration) -> u32 {
     let by_time = longest.as_secs_f64().max(of_picture) / of_one.max(1e-9);
     let by_growth = GROWTH * f64::from(samples);
-    (by_time.min(by_growth) as u32).clamp(1, MAX_SAMPLES.saturating_sub(samples).max(1))
+    (by_time.min(by_growth) as u32).clamp(1, MAX_TRUTH_SAMPLES.saturating_sub(samples).max(1))
 }
 
 /// Sequences of samples of a pixel, independent of each other: what their means differ tells the noise,
@@ -145,7 +145,7 @@ impl Convergence {
     /// The samples of two calls are those of one, whatever the number of threads.
     ///
     /// # Panics
-    /// If there would be more than [`MAX_SAMPLES`].
+    /// If there would be more than [`MAX_TRUTH_SAMPLES`].
     pub fn trace(&mut self, scene: &PreparedScene, integrator: &dyn Integrator, n_samples: u32) {
         // Never none: it is always wanted.
         let _ = self.trace_while(scene, integrator, n_samples, &|| true);
@@ -165,7 +165,7 @@ impl Convergence {
         is_wanted: &(dyn Fn() -> bool + Sync),
     ) -> Option<()> {
         assert!(
-            n_samples <= MAX_SAMPLES - self.n_samples,
+            n_samples <= MAX_TRUTH_SAMPLES - self.n_samples,
             "too many samples"
         );
         let end = self.n_samples + n_samples;

@@ -26,7 +26,7 @@
 //!
 //! Which samples a strand thinner than a pixel covers depends on the strand, the pixel and the
 //! number of the pass alone: translucent strands come out in any order right in the mean, with a
-//! noise that [`Progress::noise`] estimates, and that stays where it is while the view moves. A
+//! noise that [`PictureProgress::noise`] estimates, and that stays where it is while the view moves. A
 //! step of 0.05 degrees of an orbit, strands far below a pixel wide, replaces 9 to 14 % of the
 //! noise, one of
 //! 0.5 degrees 24 to 41 % (`tests/tests/gpu/progressive.rs`).
@@ -58,7 +58,7 @@ use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::sampling::PASS_SAMPLES;
 use strandlight_scene::scene::PreparedScene;
 
-pub use strandlight_scene::interactive::{Progress, RenderReport, StageReport};
+pub use strandlight_scene::interactive::{PictureProgress, RenderReport, StageReport};
 
 /// A scene on a device, drawn bit by bit.
 pub struct ProgressiveRenderer {
@@ -236,14 +236,14 @@ impl ProgressiveRenderer {
     }
 
     /// How far the picture has come.
-    pub fn progress(&self) -> Progress {
+    pub fn progress(&self) -> PictureProgress {
         let is_shaded = self.hair.is_complete();
         let (samples, total_samples) = match self.is_by_list() {
             true => (0, 0),
             false => (self.samples_of(self.picture.shown), self.total_samples()),
         };
         let is_whole = self.picture.shown >= self.n_passes();
-        Progress {
+        PictureProgress {
             samples,
             total_samples,
             is_shown: self.picture.shown > 0 || self.picture.is_of_before,

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Drawn, Progress, ProgressiveRenderer, pace};
+use super::{Drawn, PictureProgress, ProgressiveRenderer, pace};
 use crate::hair_renderer::{DirtyFlags, ListDrawn};
 use crate::invalidation::Inputs;
 use crate::passes::noise::Noise;
@@ -34,7 +34,7 @@ impl ProgressiveRenderer {
     /// # Errors
     /// [`RenderError::DeviceLost`], after which a new context and a new `ProgressiveRenderer` are
     /// needed, or whatever else the device refuses.
-    pub fn advance(&mut self, budget: Duration) -> Result<Progress, RenderError> {
+    pub fn advance(&mut self, budget: Duration) -> Result<PictureProgress, RenderError> {
         if !self.pacer.is_waiting() {
             return self.advance_step_by_step(budget);
         }
@@ -42,7 +42,7 @@ impl ProgressiveRenderer {
         context.collect(|| self.advance_step_by_step(budget))
     }
 
-    fn advance_step_by_step(&mut self, budget: Duration) -> Result<Progress, RenderError> {
+    fn advance_step_by_step(&mut self, budget: Duration) -> Result<PictureProgress, RenderError> {
         // Lets callbacks run; a browser runs them anyway.
         let _ = self.hair.context.device.poll(wgpu::PollType::Poll);
         self.hair.context.check("advance").map_err(failed)?;

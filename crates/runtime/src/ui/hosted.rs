@@ -20,7 +20,7 @@ use crate::error::SessionError;
 use crate::session::section_of;
 use strandlight_formats::CameraSection;
 use strandlight_scene::assets::camera;
-use strandlight_scene::interactive::Progress;
+use strandlight_scene::interactive::PictureProgress;
 use strandlight_scene::{Camera, RenderError};
 
 /// Why a page cannot have what it asks for.
@@ -235,7 +235,7 @@ impl Workspace {
             return;
         }
         self.told = self.progress;
-        let Progress {
+        let PictureProgress {
             samples,
             total_samples,
             is_shaded,

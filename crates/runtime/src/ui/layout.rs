@@ -26,7 +26,7 @@ use super::view::{self, ViewportInput};
 use super::{help, orbit, theme};
 use crate::viewer::Viewer;
 use strandlight_scene::Camera;
-use strandlight_scene::interactive::Progress;
+use strandlight_scene::interactive::PictureProgress;
 
 /// Below this width, points, the panel lies over the picture, and the bar has menus only.
 const NARROW: f32 = 600.0;
@@ -113,7 +113,7 @@ pub struct UiInput<'a> {
     /// The picture.
     pub texture: Option<egui::TextureId>,
     /// How far it has come.
-    pub progress: Progress,
+    pub progress: PictureProgress,
     /// Around the hair.
     pub bounds: Bounds,
     /// Of the window.
@@ -509,7 +509,7 @@ fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState, changes: &mut Chang
         } else if progress.is_done {
             (format!("{} samples", progress.samples), 1.0)
         } else if progress.is_shaded && progress.total_samples > 0 {
-            let Progress {
+            let PictureProgress {
                 samples,
                 total_samples,
                 ..

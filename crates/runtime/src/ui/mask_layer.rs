@@ -1,7 +1,7 @@
 //! The mask over the picture, as a texture.
 
 use egui::{ColorImage, Rect, TextureHandle, TextureOptions, Ui, pos2};
-use strandlight_cpu::Display;
+use strandlight_cpu::DisplayPixels;
 
 /// The texture of the layer that is shown.
 #[derive(Default)]
@@ -27,7 +27,7 @@ impl MaskLayer {
     }
 
     /// Lays `display` over the picture in `rect`.
-    pub fn show(&mut self, ui: &Ui, display: Option<Display<'_>>, rect: Rect) {
+    pub fn show(&mut self, ui: &Ui, display: Option<DisplayPixels<'_>>, rect: Rect) {
         let Some(display) = display else {
             self.texture = None;
             return;

@@ -10,7 +10,7 @@ use super::field::{Changes, Field, named};
 use super::picker::{Picker, Purpose};
 #[cfg(not(target_arch = "wasm32"))]
 use super::sequence::file_of;
-use crate::script::MAX_FRAMES;
+use crate::script::MAX_SCRIPT_FRAMES;
 use strandlight_scene::budget::MAX_SIDE;
 
 /// Sizes that are asked for by name.
@@ -135,7 +135,7 @@ pub fn show(ui: &mut Ui, still: &mut Still, asked: &Asked<'_>, places: &mut Chan
         }
     }
     let mut frames = f64::from(still.frames);
-    if Field::new("Turntable frames", 1.0..=f64::from(MAX_FRAMES), 1.0)
+    if Field::new("Turntable frames", 1.0..=f64::from(MAX_SCRIPT_FRAMES), 1.0)
         .decimals(0)
         .slider(1.0..=240.0)
         .logarithmic()

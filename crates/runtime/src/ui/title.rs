@@ -1,11 +1,11 @@
 //! What the window is called.
 
-use strandlight_scene::interactive::Progress;
+use strandlight_scene::interactive::PictureProgress;
 
 /// The window's title: the file, whether it must be saved, and how far the picture is.
-pub fn title(name: &str, is_modified: bool, progress: &Progress) -> String {
+pub fn title(name: &str, is_modified: bool, progress: &PictureProgress) -> String {
     let star = if is_modified { "*" } else { "" };
-    let Progress {
+    let PictureProgress {
         samples,
         total_samples,
         is_shaded,
@@ -27,7 +27,7 @@ mod tests {
 
     #[test]
     fn the_title_tells_of_no_samples_before_an_edit_is_shaded() {
-        let mut progress = Progress {
+        let mut progress = PictureProgress {
             samples: 20,
             total_samples: 20,
             is_shown: true,

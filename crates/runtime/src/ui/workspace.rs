@@ -31,7 +31,7 @@ use crate::ground_truth::TruthProgress;
 use crate::viewer::Viewer;
 use strandlight_render::gpu::GpuError;
 use strandlight_scene::RenderError;
-use strandlight_scene::interactive::Progress;
+use strandlight_scene::interactive::PictureProgress;
 
 /// Work on the picture in a frame while the user drags something or where work goes on between frames, and otherwise.
 const BUDGETS: [Duration; 2] = [Duration::from_millis(14), Duration::from_millis(40)];
@@ -86,7 +86,7 @@ pub struct Workspace {
     /// A look that is drawn meanwhile.
     #[cfg(not(target_arch = "wasm32"))]
     pub(super) look_job: Option<LookJob>,
-    pub(super) progress: Progress,
+    pub(super) progress: PictureProgress,
     /// What was last told of ground truth.
     #[cfg(not(target_arch = "wasm32"))]
     pub(super) truth: Option<TruthProgress>,
@@ -109,7 +109,7 @@ pub struct Workspace {
     pub(super) is_awaited: bool,
     /// What the page was last told of the picture.
     #[cfg(target_arch = "wasm32")]
-    pub(super) told: Progress,
+    pub(super) told: PictureProgress,
     /// The picture cannot be made as it is asked for now.
     pub(super) is_stuck: bool,
     pub(super) loses_device: bool,
@@ -173,7 +173,7 @@ impl Workspace {
             #[cfg(target_arch = "wasm32")]
             pen: super::pen::Pen::default(),
             log,
-            progress: Progress::default(),
+            progress: PictureProgress::default(),
             #[cfg(not(target_arch = "wasm32"))]
             truth: None,
             #[cfg(not(target_arch = "wasm32"))]
@@ -190,7 +190,7 @@ impl Workspace {
             is_stale: true,
             is_awaited: false,
             #[cfg(target_arch = "wasm32")]
-            told: Progress::default(),
+            told: PictureProgress::default(),
             is_stuck: false,
             loses_device: false,
             wake: None,
@@ -436,7 +436,7 @@ impl Workspace {
 
     /// Tells the log what is on screen now and decides when the next frame is made. `shown` is the
     /// progress that the status line of this frame tells.
-    fn after(&mut self, painted: Painted, shown: Progress, output: &egui::FullOutput) {
+    fn after(&mut self, painted: Painted, shown: PictureProgress, output: &egui::FullOutput) {
         let frame = self.last_frame.elapsed().as_secs_f64() * 1e3;
         self.last_frame = Instant::now();
         // A pause is no frame.
@@ -577,7 +577,7 @@ impl Workspace {
     /// Nothing is drawn any more until there is another device, and the title says so.
     fn note_loss(&mut self, reason: &str) {
         self.changed("lost", json!({ "reason": reason }));
-        self.progress = Progress::default();
+        self.progress = PictureProgress::default();
         self.set_title();
     }
 

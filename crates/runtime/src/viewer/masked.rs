@@ -1,7 +1,7 @@
 //! The mask that is shown over the picture.
 
 use strandlight_scene::RenderError;
-use strandlight_scene::interactive::Progress;
+use strandlight_scene::interactive::PictureProgress;
 use strandlight_scene::paint::Picker;
 
 use super::Viewer;
@@ -14,13 +14,13 @@ impl Viewer {
 
     /// The layer, of the size of the picture that is shown: sRGB times alpha. None where it is not wanted, and for a moment
     /// after the view has changed.
-    pub fn mask_display(&self) -> Option<strandlight_cpu::Display<'_>> {
+    pub fn mask_display(&self) -> Option<strandlight_cpu::DisplayPixels<'_>> {
         self.mask_view.display()
     }
 
     /// Makes the layer anew where mask or picture changed. It waits for the picture to be shown: until then the view may
     /// be turning.
-    pub(super) fn follow_mask(&mut self, progress: &Progress) -> Result<(), RenderError> {
+    pub(super) fn follow_mask(&mut self, progress: &PictureProgress) -> Result<(), RenderError> {
         if !self.mask_view.is_wanted() {
             return Ok(());
         }

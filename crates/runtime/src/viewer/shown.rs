@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use strandlight_scene::interactive::Progress;
+use strandlight_scene::interactive::PictureProgress;
 use strandlight_scene::motion::Motion;
 use strandlight_scene::{PreparedScene, RenderError};
 
@@ -81,7 +81,7 @@ impl Viewer {
     }
 
     /// Makes what is inspected anew where the picture is another one.
-    pub(super) fn inspect(&mut self, progress: &Progress) -> Result<(), RenderError> {
+    pub(super) fn inspect(&mut self, progress: &PictureProgress) -> Result<(), RenderError> {
         let size = self.size();
         let Some(inspector) = &self.inspector else {
             return Ok(());
@@ -180,7 +180,10 @@ impl Viewer {
     }
 
     /// Starts to trace the picture once it is finished, and takes up what was traced.
-    pub(super) fn go_to_ground_truth(&mut self, progress: &Progress) -> Result<(), RenderError> {
+    pub(super) fn go_to_ground_truth(
+        &mut self,
+        progress: &PictureProgress,
+    ) -> Result<(), RenderError> {
         let size = self.size();
         let Some(truth) = &mut self.ground_truth else {
             return Ok(());

@@ -260,7 +260,7 @@ fn bake_groom(args: &import::Args) -> Result<Made, cli::Failure> {
 /// A progress that passes on only what is said.
 fn quiet(progress: &Arc<Progress>, name: String) -> Progress {
     struct Says(Arc<Progress>, String);
-    impl strandlight_scene::progress::Display for Says {
+    impl strandlight_scene::progress::ProgressDisplay for Says {
         fn advance(&self, _: u64) {}
         fn reach(&self, _: u64) {}
         fn say(&self, line: &str) {

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
-use strandlight_bake::grooms::{GrowSpec, MAX_POINTS, generate};
-use strandlight_bake::lights::{FitOptions, MAX_LIGHTS, STEPS, fit};
+use strandlight_bake::grooms::{GrowSpec, MAX_GENERATED_POINTS, generate};
+use strandlight_bake::lights::{FitOptions, MAX_FITTED_LIGHTS, STEPS, fit};
 use strandlight_bake::scenes::{PaperScene, SCENES};
 use strandlight_formats::{BakedFile, LightSet, Scene, SrbfLight};
 use strandlight_images::Map;
@@ -37,12 +37,12 @@ pub struct Args {
     /// Numbers of points, each in strands of 50
     #[arg(long, value_name = "N", value_delimiter = ',',
         default_values_t = [50_000, 150_000, 500_000, 1_500_000, 5_000_000],
-        value_parser = clap::value_parser!(u32).range(100..=MAX_POINTS as i64))]
+        value_parser = clap::value_parser!(u32).range(100..=MAX_GENERATED_POINTS as i64))]
     points: Vec<u32>,
     #[arg(long, value_name = "N", value_delimiter = ',',
         default_values_t = [5, 10, 20, 40, 80, 160],
-        value_parser = clap::value_parser!(u16).range(1..=MAX_LIGHTS as i64),
-        help = format!("Numbers of lights, each 1..={MAX_LIGHTS}"))]
+        value_parser = clap::value_parser!(u16).range(1..=MAX_FITTED_LIGHTS as i64),
+        help = format!("Numbers of lights, each 1..={MAX_FITTED_LIGHTS}"))]
     lights: Vec<u16>,
     #[arg(long, value_name = "WxH", value_delimiter = ',', value_parser = parse_size,
         default_values = ["240x160", "480x320", "720x480", "1440x960", "3840x2160"],

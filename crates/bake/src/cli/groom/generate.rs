@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use strandlight_bake::grooms::{
-    GrowSpec, MAX_POINTS, MAX_POINTS_PER_STRAND, MAX_STRANDS, Style, generate,
+    GrowSpec, MAX_GENERATED_POINTS, MAX_POINTS_PER_STRAND, MAX_STRANDS, Style, generate,
 };
 
 use super::target::{check_groom_name, write_groom};
@@ -19,7 +19,7 @@ pub struct Args {
     #[arg(long, default_value_t = 10_000, help = format!("Number of strands, 1 to {MAX_STRANDS}"))]
     strands: u32,
     #[arg(long, default_value_t = 32, help = format!(
-        "Points per strand, 2 to {MAX_POINTS_PER_STRAND}; at most {MAX_POINTS} points in total"))]
+        "Points per strand, 2 to {MAX_POINTS_PER_STRAND}; at most {MAX_GENERATED_POINTS} points in total"))]
     points_per_strand: u32,
     /// Random seed; the output is deterministic for a given seed
     #[arg(long, default_value_t = 0)]

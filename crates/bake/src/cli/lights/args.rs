@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use strandlight_bake::lights::{MAX_LIGHTS, MAX_SUNS, Metric};
+use strandlight_bake::lights::{MAX_FITTED_LIGHTS, MAX_SUNS, Metric};
 use strandlight_formats::{HairSection, MAX_PANORAMA_WIDTH, Scene, preset_names};
 use strandlight_scattering::HairParams;
 
@@ -18,7 +18,7 @@ pub struct FitArgs {
     #[arg(short, long, value_name = "F.lights")]
     pub output: PathBuf,
     #[arg(long, default_value_t = 40, value_parser = parse_count,
-        help = format!("Number of lights, 1 to {MAX_LIGHTS}"))]
+        help = format!("Number of lights, 1 to {MAX_FITTED_LIGHTS}"))]
     pub count: usize,
     /// Fit the smallest set whose error is at most E, a fraction or percentage (0.5%); if there is
     /// none, exit with 1 and write reports, but no light set
@@ -30,7 +30,7 @@ pub struct FitArgs {
     pub metric: Metric,
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = parse_count,
         requires = "max_error",
-        help = format!("Most lights that --max-error may take, 1 to {MAX_LIGHTS}"))]
+        help = format!("Most lights that --max-error may take, 1 to {MAX_FITTED_LIGHTS}"))]
     pub max_count: usize,
     /// Hair whose fibres measure the fibre error, beside the default's: a scene (.toml) or the
     /// name of a preset
@@ -95,8 +95,8 @@ pub enum Layout {
 
 fn parse_count(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(count) if (1..=MAX_LIGHTS).contains(&count) => Ok(count),
-        _ => Err(format!("not a number from 1 to {MAX_LIGHTS}")),
+        Ok(count) if (1..=MAX_FITTED_LIGHTS).contains(&count) => Ok(count),
+        _ => Err(format!("not a number from 1 to {MAX_FITTED_LIGHTS}")),
     }
 }
 

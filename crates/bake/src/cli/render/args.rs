@@ -8,7 +8,7 @@ use strandlight_bake::aov::Group;
 use strandlight_formats::{RenderSection, Scattering};
 use strandlight_lab::transmittance::Method;
 use strandlight_runtime::BackendChoice;
-use strandlight_runtime::script::MAX_FRAMES;
+use strandlight_runtime::script::MAX_SCRIPT_FRAMES;
 use strandlight_runtime::session::parse_value;
 use strandlight_scene::budget::{MAX_PIXELS, MAX_SAMPLES, MAX_SECONDS, MAX_SIDE, check_frame};
 use strandlight_scene::shadow_maps::MAX_SHADOW_MAPS;
@@ -42,7 +42,7 @@ pub struct Args {
     pub script: Option<PathBuf>,
     /// Render N frames of a full turn about +Y: 0000.exr, 0001.exr, ...
     #[arg(long, value_name = "N", conflicts_with = "aov",
-        value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_FRAMES)))]
+        value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SCRIPT_FRAMES)))]
     pub turntable: Option<u32>,
     #[command(flatten)]
     pub shard: ShardArg,

@@ -9,7 +9,7 @@ use strandlight_images::Map;
 use strandlight_images::exr_file::{self, floats};
 use strandlight_reference::converge::{Converged, Convergence, TILE, next_step};
 use strandlight_reference::environment::{LightSampler, MapSampler};
-use strandlight_reference::{Environment, MAX_SAMPLES, TracedScene};
+use strandlight_reference::{Environment, MAX_TRUTH_SAMPLES, TracedScene};
 use strandlight_scene::files::Files;
 use strandlight_scene::provenance::{Provenance, Recorder};
 use strandlight_scene::{PreparedScene, SceneError};
@@ -138,9 +138,14 @@ fn pursue(
     let progress = progress("converging", STEPS);
     let most = |goal: &Until| match goal {
         Until::Samples(samples) => *samples,
-        _ => MAX_SAMPLES,
+        _ => MAX_TRUTH_SAMPLES,
     };
-    let most = args.until.iter().map(most).min().unwrap_or(MAX_SAMPLES);
+    let most = args
+        .until
+        .iter()
+        .map(most)
+        .min()
+        .unwrap_or(MAX_TRUTH_SAMPLES);
     // How far: the largest share of any goal.
     let first_error = Cell::new(None);
     let share = |converged: &Converged| {

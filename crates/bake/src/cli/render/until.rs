@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Duration;
 
-use strandlight_reference::MAX_SAMPLES;
+use strandlight_reference::MAX_TRUTH_SAMPLES;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,13 +40,13 @@ pub fn parse_until(text: &str) -> Result<Until, String> {
         }
         _ => {
             let samples = text.parse().ok();
-            let samples = samples.filter(|n| (2..=MAX_SAMPLES).contains(n));
+            let samples = samples.filter(|n| (2..=MAX_TRUTH_SAMPLES).contains(n));
             samples.map(Until::Samples)
         }
     };
     parsed.ok_or_else(|| {
         format!(
-            "an error like 1%, a time like 30s, 5m or 2h, or a number of samples, 2..={MAX_SAMPLES}"
+            "an error like 1%, a time like 30s, 5m or 2h, or a number of samples, 2..={MAX_TRUTH_SAMPLES}"
         )
     })
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value};
 use strandlight_formats::nearest;
 use strandlight_runtime::BackendChoice;
-use strandlight_runtime::script::MAX_FRAMES;
+use strandlight_runtime::script::MAX_SCRIPT_FRAMES;
 use strandlight_runtime::session::parse_value;
 use strandlight_scene::budget::{MAX_PIXELS, MAX_SAMPLES, MAX_SECONDS, MAX_SIDE, check_frame};
 
@@ -121,7 +121,7 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
         match text.as_str() {
             "--frame" => set_job(Job::Frame(value()?.into()))?,
             "--turntable" => {
-                let n = number(&text, &value()?, MAX_FRAMES)?;
+                let n = number(&text, &value()?, MAX_SCRIPT_FRAMES)?;
                 set_job(Job::Turntable(n))?;
             }
             "--script" => set_job(Job::Script(value()?.into()))?,

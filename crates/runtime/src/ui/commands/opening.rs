@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 use strandlight_formats::Background;
 use strandlight_scene::RenderError;
-use strandlight_scene::interactive::Progress;
+use strandlight_scene::interactive::PictureProgress;
 
 use crate::error::SessionError;
 use crate::session::Session;
@@ -242,7 +242,7 @@ impl Workspace {
                     ..UiState::default()
                 };
                 self.views = Views::default();
-                self.progress = Progress::default();
+                self.progress = PictureProgress::default();
                 self.is_stuck = false;
                 let name = match &from {
                     Some(path) => path.display().to_string(),

@@ -5,7 +5,7 @@ use egui::{Grid, RichText, Ui};
 use crate::ui::theme;
 use crate::viewer::Viewer;
 use strandlight_render::gpu::Context;
-use strandlight_scene::interactive::{Progress, RenderReport};
+use strandlight_scene::interactive::{PictureProgress, RenderReport};
 use strandlight_scene::material::Outcome;
 
 /// What the window knows of its own frames.
@@ -18,7 +18,7 @@ pub struct FrameTimes {
 }
 
 /// Progress, stages, what was skipped, what the last edit rebuilt, and memory.
-pub fn show(ui: &mut Ui, viewer: &Viewer, progress: &Progress, times: FrameTimes) {
+pub fn show(ui: &mut Ui, viewer: &Viewer, progress: &PictureProgress, times: FrameTimes) {
     let (report, device) = (viewer.report(), viewer.renderer().device());
     let stats = &report.stats;
     Grid::new("counts").num_columns(2).show(ui, |ui| {

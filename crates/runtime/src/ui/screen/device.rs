@@ -111,7 +111,7 @@ impl DeviceScreen {
     }
 
     /// A texture with a picture from memory; black and small before there is one.
-    fn upload(&mut self, picture: &strandlight_cpu::Display<'_>) -> wgpu::TextureView {
+    fn upload(&mut self, picture: &strandlight_cpu::DisplayPixels<'_>) -> wgpu::TextureView {
         let Context { device, queue, .. } = &self.context;
         let [width, height] = picture.size.map(|side| side.max(1));
         let size = wgpu::Extent3d {
