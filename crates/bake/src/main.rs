@@ -9,7 +9,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 /// Bake light sets, tables and grooms, and render hair under environment lighting
 #[derive(Parser)]
@@ -56,7 +56,7 @@ fn main() -> ExitCode {
     if options.any(|word| word == "--json") {
         cli::want_json();
     }
-    let cli = match Cli::try_parse() {
+    let cli = match parse(std::env::args_os()) {
         Ok(cli) => cli,
         // A bare `strandlight` gets the whole help.
         Err(error)
@@ -82,6 +82,24 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => ended_by(&failure),
     }
+}
+
+fn parse<W: Clone + Into<OsString>>(
+    words: impl IntoIterator<Item = W>,
+) -> clap::error::Result<Cli> {
+    let matches = with_negative_numbers(Cli::command()).try_get_matches_from(words)?;
+    Cli::from_arg_matches(&matches)
+}
+
+/// Lets numbers below 0 be values of all options, so that those that are out of range are told as that.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let of_option = |arg: clap::Arg| match arg.get_action().takes_values() && !arg.is_positional() {
+        true => arg.allow_negative_numbers(true),
+        false => arg,
+    };
+    command
+        .mut_args(of_option)
+        .mut_subcommands(with_negative_numbers)
 }
 
 fn ended_by(failure: &cli::Failure) -> ExitCode {
@@ -132,7 +150,7 @@ fn dispatch(command: &Command) -> cli::Outcome {
 /// Runs one command line, given without the program's name, as the user would.
 fn run_line(line: &[OsString]) -> cli::Outcome {
     let program = OsString::from("strandlight");
-    match Cli::try_parse_from(std::iter::once(&program).chain(line)) {
+    match parse(std::iter::once(&program).chain(line)) {
         Ok(cli) => dispatch(&cli.command),
         Err(error) => Err(cli::usage(&error)),
     }

@@ -6,10 +6,10 @@ use crate::error::{Error, Result};
 use crate::provenance::tool_version;
 use crate::validate::{finite, in_range, short_name};
 
-/// Thinnest and thickest fibre, cm.
+/// Thinnest fibre, cm.
 pub(crate) const MIN_DIAMETER_CM: f32 = 1e-6;
-/// See [`MIN_DIAMETER_CM`].
-pub(crate) const MAX_DIAMETER_CM: f32 = 10.0;
+/// Thickest fibre that a groom can hold, cm.
+pub const MAX_DIAMETER_CM: f32 = 10.0;
 
 /// What an attribute has one value for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

@@ -114,7 +114,7 @@ pub use container::Container;
 pub use container::Kind;
 pub use cube::{Cube, CubeTable, MAX_CURVE_SIZE, MAX_GRID_SIZE};
 pub use error::{Error, FileName, Result};
-pub use groom::{Attribute, Domain, Groom, GroomSource, Original, UpAxis};
+pub use groom::{Attribute, Domain, Groom, GroomSource, MAX_DIAMETER_CM, Original, UpAxis};
 pub use groom_diameter::{DiameterRange, DiameterSource};
 pub use groom_file::GroomHeader;
 pub use groom_format::{

@@ -619,6 +619,18 @@ fn mistyped_words_are_recognised() {
 }
 
 #[test]
+fn numbers_below_zero_are_told_as_out_of_range() {
+    let folder = samples();
+    for (line, range) in [
+        ("lights a.exr -o x --count -4", "from 1 to 1024"),
+        ("render a.toml -o x.png --samples -4", "1..=65536"),
+        ("groom thin a.groom -o x.groom --strands -1", "0..="),
+    ] {
+        refused(folder.path(), line, &["invalid value '-", range]);
+    }
+}
+
+#[test]
 fn quiet_leaves_results_and_errors() {
     let folder = samples();
     let at = folder.path();

@@ -40,7 +40,7 @@ pub struct Args {
         help = format!("Average blocks of N x N pixels first (not for FLIP), 1..={MAX_BLOCK}"))]
     block: u32,
     /// Exposure for FLIP in stops, -32..=32
-    #[arg(long, value_name = "E", default_value_t = 0.0, allow_negative_numbers = true,
+    #[arg(long, value_name = "E", default_value_t = 0.0,
         value_parser = parse_exposure)]
     exposure: f32,
     /// Tone curve for FLIP of OpenEXR pictures; PNGs are used unchanged

@@ -1,7 +1,7 @@
 //! Fewer strands that cover as much.
 
 use glam::Vec3;
-use strandlight_formats::{Attribute, Domain, Groom, HairSection};
+use strandlight_formats::{Attribute, Domain, Groom, HairSection, MAX_DIAMETER_CM};
 
 use super::edit::{EditError, edited, scale_widths, subset};
 use super::noise::{Noise, Purpose};
@@ -50,6 +50,14 @@ pub fn thin(groom: &Groom, strands: u32, seed: u64) -> Result<Groom, EditError> 
         });
     }
     scale_widths(&mut thinned, factor);
+    let widths = drawn(&thinned).map_or(&[][..], |attribute| &attribute.data);
+    let widest = widths.iter().copied().fold(0.0, f32::max);
+    if widest > MAX_DIAMETER_CM {
+        let range = format!(
+            "more: so few would be {widest} cm wide (attribute diameter), at most {MAX_DIAMETER_CM} can be"
+        );
+        return Err(EditError::range("strands", strands, range));
+    }
     thinned.source = edited(
         &groom.source,
         format!("thin --strands {strands} --seed {seed}"),
@@ -191,6 +199,7 @@ mod tests {
         wide.attributes
             .push(attribute("diameter", Domain::Groom, 1, vec![1.0]));
         let error = thin(&wide, 1, 0).unwrap_err().to_string();
-        assert!(error.contains("diameter"), "{error}");
+        assert!(error.starts_with("strands is 1, must be more"), "{error}");
+        assert!(error.contains("attribute diameter"), "{error}");
     }
 }
