@@ -93,9 +93,11 @@ def test_other_tables(tmp_path, strandlight):
     assert sl.Tables.bake(fresnel="schlick") == tables
     lean = sl.Tables.bake(lean=True)
     assert "H_TT" not in lean.names and np.array_equal(lean["C"], sl.Tables()["C"])
+    of_c = {"k": 1, "lambda_": 0.2, "phi": 0}
+    assert sl.probe("table_C", tables=lean, **of_c) == sl.probe("table_C", **of_c)
     with pytest.raises(sl.Error) as found:
-        sl.probe("table_C", tables=lean, k=1, lambda_=0.2, phi=0)
-    assert found.value.kind == "tables" and "H_TT" in str(found.value)
+        sl.probe("table_H", tables=lean, mode="TT", k=2, eta=1.5, theta_d=0.1)
+    assert "hold no H" in str(found.value)
 
 
 @pytest.mark.parametrize(
