@@ -5,7 +5,7 @@ use strandlight_scattering::{HairParams, Lobe};
 
 use super::draw::{self, Random};
 use super::energy::reference;
-use super::point::{Group, Point};
+use super::point::{Evaluation, Group, Point};
 use super::report::{Check, Tally};
 use super::run::Run;
 use super::target::StressError;

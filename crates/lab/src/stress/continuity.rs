@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use strandlight_scattering::{HairParams, Lobe, Parameter};
 
 use super::draw::{self, BETA, CAUSTIC_WIDTH, ECCENTRICITY, LAMBDA, Random, SHIFT, SIGMA_A};
-use super::point::{Group, Point, inclination, single};
+use super::point::{Evaluation, Group, Point, inclination, single};
 use super::report::{Check, Tally};
 use super::run::Run;
 use super::target::StressError;

@@ -11,7 +11,7 @@ use strandlight_scattering::quadrature::GaussLegendre;
 use strandlight_scattering::{HairParams, Lobe};
 
 use super::draw::{self, Domain, LAMBDA, LAMBDA_P_CONSTANT, Random};
-use super::point::{Group, Light, Point, hair_json, single};
+use super::point::{Evaluation, Group, Light, Point, hair_json, single};
 use super::report::{Check, Tally};
 use super::run::Run;
 use super::target::StressError;

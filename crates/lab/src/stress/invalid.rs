@@ -8,7 +8,7 @@ use strandlight_formats::params::{HAIR, Shape};
 use strandlight_scattering::closed_form::{DEFAULT_SEGMENTS, Fibre};
 use strandlight_scattering::{HairParams, Lobe, Parameter};
 
-use super::point::{Light, Point, hair_json};
+use super::point::{Evaluation, Light, Point, hair_json};
 use super::report::{Check, Tally};
 
 /// Refuses or accepts a line as `strandlight probe` does; the error is the program's own.

@@ -24,7 +24,6 @@ use strandlight_scattering::closed_form::MAX_NODES;
 use draw::Domain;
 use run::Run;
 use strandlight_scene::progress::Progress;
-use values::Evaluated;
 
 pub use invalid::ParseQuery;
 pub(crate) use point::hair_json;
@@ -50,16 +49,13 @@ pub fn run(
     };
     let n = options.n;
     let mut checks = Vec::new();
-    let evaluate = |label: &str, groups: Vec<point::Group>| {
-        let progress = (run.progress)(label, groups.len() as u64);
-        let evaluated = Evaluated::new(target, groups, &progress);
-        progress.finish();
-        evaluated
-    };
-    checks.extend(evaluate("corners", draw::corners())?.finite("finite, corners"));
-    let extremes = evaluate("extremes", draw::extremes(options.seed, 0, n))?;
+    checks.extend(
+        run.evaluate("corners", draw::corners())?
+            .finite("finite, corners"),
+    );
+    let extremes = run.evaluate("extremes", draw::extremes(options.seed, 0, n))?;
     checks.extend(extremes.finite("finite, random extremes"));
-    checks.extend(extremes.twins());
+    checks.extend(extremes.twins_by_mode());
     drop(extremes);
     if target.has_nodes() {
         checks.extend(multiple::checks(&run, n)?);

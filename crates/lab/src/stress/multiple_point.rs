@@ -8,7 +8,7 @@ use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::{DirectionInFrame, Fibre};
 
 use super::draw::{LAMBDA, Random};
-use super::point::{hair_json, inclination, single};
+use super::point::{Evaluation, hair_json, inclination, single};
 
 /// What is evaluated.
 pub(super) const FUNCTIONS: [Function; 3] =
@@ -22,9 +22,6 @@ pub(super) struct Point {
     width: f64,
     view: [f64; 2],
 }
-
-/// Points of one fibre.
-pub(super) type Points = (HairParams, Vec<Point>);
 
 impl Point {
     pub(super) fn draw(random: &mut Random) -> Point {
@@ -51,19 +48,21 @@ impl Point {
             view,
         }
     }
+}
 
-    /// As the probe of the runtime takes it.
-    pub fn query(&self, fibre: Fibre, optics: u32) -> Query {
+impl Evaluation for Point {
+    const NEEDS_MULTIPLE: bool = true;
+
+    fn probe(&self, fibre: Fibre) -> Query {
         let [light, view] = [self.light, self.view]
             .map(|[theta, phi]| DirectionInFrame::from_angles(theta as f32, phi as f32));
-        let query = Query::single(MODE_ALL, light, self.width as f32, view, fibre);
         Query {
             function: self.function as u32,
-            ..query.with_optics(optics)
+            ..Query::single(MODE_ALL, light, self.width as f32, view, fibre)
         }
     }
 
-    pub(super) fn json(&self, hair: &HairParams) -> Value {
+    fn query(&self, hair: &HairParams) -> Value {
         let [[theta_j, phi_j], [theta_o, phi_o]] = [self.light, self.view];
         json!({
             "q": name(self.function),

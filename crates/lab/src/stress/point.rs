@@ -3,6 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use serde_json::{Value, json};
+use strandlight_render::probe::Query;
+use strandlight_scattering::closed_form::{DirectionInFrame, Fibre};
 use strandlight_scattering::{HairParams, Lobe, Model, Parameter, ParameterShape};
 
 /// One evaluation; every number is a single-precision one, so that all sides get the same.
@@ -43,13 +45,25 @@ pub struct Light {
     pub lambda: f64,
 }
 
+/// What is evaluated on both sides.
+pub trait Evaluation: Send + Sync {
+    /// Does its function read the averages of multiple scattering?
+    const NEEDS_MULTIPLE: bool;
+
+    /// As the probe of the runtime takes it.
+    fn probe(&self, fibre: Fibre) -> Query;
+
+    /// As a query of `strandlight probe`.
+    fn query(&self, hair: &HairParams) -> Value;
+}
+
 /// Points that share a fibre. What depends on the fibre alone is prepared once a group.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Group {
+pub struct Group<P = Point> {
     /// The fibre.
     pub hair: HairParams,
     /// The points.
-    pub points: Vec<Point>,
+    pub points: Vec<P>,
 }
 
 /// `x` in single precision.
@@ -81,9 +95,43 @@ impl Point {
             Point::Single { light, .. } => sphere_mass(light.lambda),
         }
     }
+}
 
-    /// This point as a query of `strandlight probe`.
-    pub fn query(&self, hair: &HairParams) -> Value {
+impl Evaluation for Point {
+    const NEEDS_MULTIPLE: bool = false;
+
+    fn probe(&self, fibre: Fibre) -> Query {
+        let direction =
+            |theta: f64, phi: f64| DirectionInFrame::from_angles(theta as f32, phi as f32);
+        match *self {
+            Point::Azimuthal {
+                lobe,
+                lambda_p,
+                dphi,
+                theta_d,
+            } => Query::azimuthal(
+                lobe.p(),
+                lambda_p as f32,
+                dphi as f32,
+                theta_d as f32,
+                fibre,
+            ),
+            Point::Single {
+                lobe,
+                light,
+                theta_o,
+                phi_o,
+            } => Query::single(
+                lobe.p(),
+                direction(light.theta, light.phi),
+                light.lambda as f32,
+                direction(theta_o, phi_o),
+                fibre,
+            ),
+        }
+    }
+
+    fn query(&self, hair: &HairParams) -> Value {
         match self {
             Point::Azimuthal {
                 lobe,

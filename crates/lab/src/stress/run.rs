@@ -7,8 +7,10 @@ use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scene::progress::Progress;
 
 use super::draw::Random;
+use super::point::{Evaluation, Group};
 use super::report::{Tally, merge};
 use super::target::{StressError, Target};
+use super::values::Evaluated;
 
 /// What to run.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +39,18 @@ impl Run<'_> {
         work: impl Fn(&mut Random) -> Result<T, StressError> + Sync,
     ) -> Result<Vec<T>, StressError> {
         self.streams(0..n.max(1) as u64, purpose, label, work)
+    }
+
+    /// `groups` evaluated on both sides.
+    pub(super) fn evaluate<P: Evaluation>(
+        &self,
+        label: &str,
+        groups: Vec<Group<P>>,
+    ) -> Result<Evaluated<P>, StressError> {
+        let progress = (self.progress)(label, groups.len() as u64);
+        let evaluated = Evaluated::new(self.target, groups, &progress);
+        progress.finish();
+        evaluated
     }
 
     /// As [`Run::each`], for work that fills tallies: those of all streams, merged place by place.

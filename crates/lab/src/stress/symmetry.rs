@@ -4,7 +4,7 @@ use serde_json::json;
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 
 use super::draw::{self, Random};
-use super::point::{Group, Light, Point, inclination, single};
+use super::point::{Evaluation, Group, Light, Point, inclination, single};
 use super::report::{Check, Tally};
 use super::run::Run;
 use super::target::StressError;

@@ -4,18 +4,18 @@ use rayon::prelude::*;
 use serde_json::json;
 use strandlight_scattering::Lobe;
 
-use super::point::{Group, Point};
+use super::point::{Evaluation, Group, Point};
 use super::report::{Check, NO_ADAPTER, Tally, finite};
 use super::target::{StressError, Target};
 use strandlight_scene::progress::Progress;
 
 /// Groups sent to the adapter at once.
-const GPU_GROUPS: usize = 512;
+const GPU_GROUPS: usize = 256;
 /// Bound on the twins, relative to the largest value of a function's batch.
 const TWINS_BOUND: f64 = 1e-4;
 
 /// The difference of twins as a share of `largest`; none where they are equal, all 0 included.
-pub(super) fn apart(a: f32, b: f32, largest: f32) -> f64 {
+fn apart(a: f32, b: f32, largest: f32) -> f64 {
     if a == b {
         0.0
     } else {
@@ -27,22 +27,22 @@ pub(super) fn apart(a: f32, b: f32, largest: f32) -> f64 {
 pub type Answers = Vec<Vec<[f32; 3]>>;
 
 /// Groups with the answers of both sides.
-pub struct Evaluated {
+pub struct Evaluated<P> {
     /// Where.
-    pub groups: Vec<Group>,
+    pub groups: Vec<Group<P>>,
     /// The Rust functions' answers.
     pub cpu: Answers,
     /// The WGSL functions', if there is an adapter.
     pub gpu: Option<Answers>,
 }
 
-impl Evaluated {
+impl<P: Evaluation> Evaluated<P> {
     /// Evaluates `groups` on both sides.
     pub fn new(
         target: &Target,
-        groups: Vec<Group>,
+        groups: Vec<Group<P>>,
         progress: &Progress,
-    ) -> Result<Evaluated, StressError> {
+    ) -> Result<Evaluated<P>, StressError> {
         let cpu = groups
             .par_iter()
             .map(|group| {
@@ -84,41 +84,47 @@ impl Evaluated {
         [check(&self.cpu, "cpu"), gpu]
     }
 
-    /// WGSL against Rust, one check a function.
-    pub fn twins(&self) -> Vec<Check> {
+    /// WGSL against Rust at the points that are `of_function`, whose name this is.
+    pub fn twins(&self, function: &str, of_function: impl Fn(&P) -> bool) -> Check {
+        let name = format!("twins {function}");
+        let Some(gpu) = &self.gpu else {
+            return Check::not_run(&name, "cpu, gpu", NO_ADAPTER);
+        };
+        let answers = || {
+            self.groups
+                .iter()
+                .zip(self.cpu.iter().zip(gpu))
+                .flat_map(|(group, (cpu, gpu))| {
+                    let pairs = group.points.iter().zip(cpu.iter().zip(gpu));
+                    pairs.map(move |(point, values)| (&group.hair, point, values))
+                })
+                .filter(|(_, point, _)| of_function(point))
+        };
+        let largest = answers()
+            .flat_map(|(_, _, (cpu, _))| cpu)
+            .fold(0.0f32, |largest, x| largest.max(x.abs()));
+        let mut tally = Tally::with_percentiles();
+        for (hair, point, (cpu, gpu)) in answers() {
+            for (a, b) in cpu.iter().zip(gpu) {
+                let error = apart(*a, *b, largest);
+                tally.see(error, || [json!(gpu), json!(cpu), point.query(hair)]);
+            }
+        }
+        let note = "difference over the largest value of the batch";
+        tally.check(&name, "cpu, gpu", Some(TWINS_BOUND), note)
+    }
+}
+
+impl Evaluated<Point> {
+    /// WGSL against Rust, one check a function and mode.
+    pub fn twins_by_mode(&self) -> Vec<Check> {
         let mut checks = Vec::new();
         for (is_single, function) in [(false, "azimuthal"), (true, "single")] {
             for lobe in Lobe::ALL {
-                let name = format!("twins {function} {}", lobe.name());
-                let Some(gpu) = &self.gpu else {
-                    checks.push(Check::not_run(&name, "cpu, gpu", NO_ADAPTER));
-                    continue;
-                };
                 let wanted = |point: &Point| {
                     matches!(point, Point::Single { .. }) == is_single && point.lobe() == lobe
                 };
-                let answers = || {
-                    self.groups
-                        .iter()
-                        .zip(self.cpu.iter().zip(gpu))
-                        .flat_map(|(group, (cpu, gpu))| {
-                            let pairs = group.points.iter().zip(cpu.iter().zip(gpu));
-                            pairs.map(move |(point, values)| (&group.hair, point, values))
-                        })
-                        .filter(|(_, point, _)| wanted(point))
-                };
-                let largest = answers()
-                    .flat_map(|(_, _, (cpu, _))| cpu)
-                    .fold(0.0f32, |largest, x| largest.max(x.abs()));
-                let mut tally = Tally::with_percentiles();
-                for (hair, point, (cpu, gpu)) in answers() {
-                    for (a, b) in cpu.iter().zip(gpu) {
-                        let error = apart(*a, *b, largest);
-                        tally.see(error, || [json!(gpu), json!(cpu), point.query(hair)]);
-                    }
-                }
-                let note = "difference over the largest value of the batch";
-                checks.push(tally.check(&name, "cpu, gpu", Some(TWINS_BOUND), note));
+                checks.push(self.twins(&format!("{function} {}", lobe.name()), wanted));
             }
         }
         checks
