@@ -4,6 +4,7 @@ mod architecture;
 mod circles;
 mod compiled_files;
 mod cpu_edits;
+mod cpu_first_pictures;
 mod edit;
 mod golden_pictures;
 mod ground_truth;

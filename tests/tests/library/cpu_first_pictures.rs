@@ -1,0 +1,152 @@
+//! What the CPU renderer shows at first, after an edit and from another view, is close to what it shows in the end.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde_json::json;
+
+use strandlight_cpu::InteractiveRenderer;
+use strandlight_formats::{Background, Scene, SrbfLight};
+use strandlight_runtime::Session;
+use strandlight_runtime::script::Script;
+use strandlight_scene::{Backend, PreparedScene};
+use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
+
+use super::cpu_edits::{finish, interactive, shown};
+
+const SIZE: [u32; 2] = [96, 64];
+
+/// A scene of hair that is as dense, and as finely sampled, as hair is: points lie a quarter of a centimetre apart.
+fn write_dense_hair(folder: &Path, lights: Vec<SrbfLight>) -> PathBuf {
+    let mut hair = curtain(100, 48, 0.04, 4.0);
+    for [_, y, z] in &mut hair.points {
+        (*y, *z) = (0.25 * *y, 0.1 * *z);
+    }
+    write_small_scene(folder, &hair, lights, |scene| {
+        scene.hair.diameter_cm = Some(0.05);
+        scene.render.background = Background::Color([0.0; 3]);
+        scene.render.size = SIZE;
+    })
+}
+
+/// The first picture after an edit of the hair, of one in five points, hardly differs from the last beside what the
+/// edit changes: shadows are where they were.
+#[test]
+fn first_pictures_after_edits_are_close_to_the_last() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut lights = key_and_sky();
+    lights.push(SrbfLight {
+        direction: [0.6, 0.64, 0.48],
+        lambda: 0.02,
+        rgb: [90.0, 85.0, 80.0],
+    });
+    let at = write_dense_hair(folder.path(), lights);
+    let mut viewer = interactive(Session::open(&at).expect("a scene"));
+    viewer.set_window(SIZE).expect("a size");
+    finish(&mut viewer);
+    let mut n_drafts = 0;
+    for keys in [
+        json!({"hair.sigma_a": [1.0, 2.0, 4.0]}),
+        json!({"hair.eta": 1.35}),
+        json!({"hair.density_back": 0.3}),
+        json!({"hair.width_deg": {"r": 10, "tt": 5, "trt": 14}}),
+    ] {
+        let before = shown(&viewer).pixels.to_vec();
+        let script = Script::from_json(&json!([{"set": keys}]).to_string()).expect("valid");
+        let done = script.run(&mut viewer, |_, _| {
+            Ok::<(), strandlight_runtime::ScriptError>(())
+        });
+        done.expect("a valid step");
+        while !viewer.advance(Duration::ZERO).expect("a step").is_shaded {}
+        let first = shown(&viewer).pixels.to_vec();
+        finish(&mut viewer);
+        let last = shown(&viewer).pixels.to_vec();
+        let (step, edit) = (distance(&first, &last), distance(&before, &last));
+        println!("{keys}: {step:.4} of {edit:.4}");
+        assert!(
+            step < f64::max(0.015, 0.02 * edit),
+            "{keys}: {step} of {edit}"
+        );
+        n_drafts += usize::from(first != last);
+    }
+    assert!(
+        n_drafts >= 3,
+        "{n_drafts}: first pictures are not the last ones"
+    );
+}
+
+/// Another view is shown at once, as what was shown is seen from there; then as its own points, in the light of the view before
+/// where both show them.
+#[test]
+fn first_pictures_of_views_are_close_to_the_last() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = write_dense_hair(folder.path(), key_and_sky());
+    let scene = PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair");
+    let mut live = InteractiveRenderer::new(scene.clone());
+    while !live.advance(Duration::ZERO).expect("a step").is_done {}
+    for turn in [0.1, 0.25, 0.1] {
+        let before = live.display().pixels.to_vec();
+        let mut camera = scene.camera;
+        camera.eye.x += turn * camera.eye.distance(camera.target);
+        live.set_camera(camera);
+        assert!(live.advance(Duration::ZERO).expect("a step").is_shown);
+        let reprojected = live.display().pixels.to_vec();
+        // What follows is faded in.
+        let mut pictures = Vec::new();
+        let mut version = live.display().version;
+        while !live.advance(Duration::ZERO).expect("a step").is_done {
+            if live.display().version != version {
+                version = live.display().version;
+                pictures.push(live.display().pixels.to_vec());
+            }
+        }
+        let last = live.display().pixels.to_vec();
+        let edit = distance(&before, &last);
+        let steps: Vec<f64> = pictures.iter().map(|one| distance(one, &last)).collect();
+        let step = distance(&reprojected, &last);
+        println!("{turn}: {step:.4}, then {steps:.4?} of {edit:.4}");
+        assert!(step > 0.0 && edit > 1.5 * step, "{turn}: {step} of {edit}");
+        // The last but one is of its own points.
+        assert!(steps.len() > 1, "{turn}: {steps:?}");
+        let own = steps[steps.len() - 2];
+        assert!(own < 0.02 && edit > 2.0 * own, "{turn}: {own} of {edit}");
+        assert!(steps.iter().all(|one| *one <= step), "{turn}: {steps:?}");
+    }
+}
+
+/// What one scene showed is not shown as another one's.
+#[test]
+fn another_scene_is_not_shown_as_the_last_view_of_the_one_before() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = write_small_scene(
+        folder.path(),
+        &curtain(20, 6, 0.2, 0.0),
+        key_and_sky(),
+        |_| (),
+    );
+    let scene = PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair");
+    let mut live = InteractiveRenderer::new(scene.clone());
+    while !live.advance(Duration::ZERO).expect("a step").is_done {}
+    let mut camera = scene.camera;
+    camera.eye.x += 1.0;
+    live.set_camera(camera);
+    live.set_scene(scene).expect("a scene");
+    assert!(!live.advance(Duration::ZERO).expect("a step").is_shown);
+}
+
+/// Between pictures of [`SIZE`], in means over 4 x 4, over their brightness.
+fn distance(a: &[[u8; 4]], b: &[[u8; 4]]) -> f64 {
+    let means = |pixels: &[[u8; 4]]| {
+        let mut sums = vec![0.0; 3 * 24 * pixels.len() / (4 * 96)];
+        for (ix, pixel) in pixels.iter().enumerate() {
+            let tile = ix % 96 / 4 + 24 * (ix / 96 / 4);
+            for channel in 0..3 {
+                sums[3 * tile + channel] += f64::from(pixel[channel]);
+            }
+        }
+        sums
+    };
+    let (a, b) = (means(a), means(b));
+    let off: f64 = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum();
+    (off / b.iter().map(|b| b * b).sum::<f64>()).sqrt()
+}
