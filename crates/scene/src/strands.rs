@@ -24,7 +24,7 @@ const MAX_TURN: f32 = 8.0 * std::f32::consts::PI / 180.0;
 const MAX_SPLIT: u32 = 16;
 
 /// Strands whose frames one task finds.
-const STRANDS_AT_A_TIME: usize = 64;
+pub(crate) const STRANDS_AT_A_TIME: usize = 64;
 
 /// Segments that one task measures.
 const SEGMENTS_AT_A_TIME: usize = 1 << 16;

@@ -10,11 +10,12 @@
 //! Strands do not see each other, nor a head: wind can blow them into either.
 
 use glam::{DVec3, IVec3, Vec3};
+use rayon::prelude::*;
 use strandlight_formats::WindSection;
 
 use crate::error::SceneError;
 use crate::sampling::hash_u32;
-use crate::strands::Strands;
+use crate::strands::{STRANDS_AT_A_TIME, Strands};
 
 /// Speed at which wind pulls as strongly as a fibre's weight, m/s.
 const WEIGHT_SPEED: f32 = 6.0;
@@ -170,12 +171,16 @@ fn deform(wind: &Wind, points: &[[f32; 4]], mut push: impl FnMut([f32; 4])) {
 
 /// [`Strands::points`] of strands at rest, in the wind.
 pub fn deformed(wind: &Wind, strands: &Strands) -> Vec<[f32; 4]> {
-    let mut points = Vec::with_capacity(strands.points.len());
-    for [first, n] in strands.ranges() {
-        let strand = &strands.points[first as usize..][..n as usize];
-        deform(wind, strand, |point| points.push(point));
-    }
-    points
+    let ranges: Vec<[u32; 2]> = strands.ranges().collect();
+    let of_strands = ranges.par_chunks(STRANDS_AT_A_TIME).map(|ranges| {
+        let mut points = Vec::with_capacity(ranges.iter().map(|[_, n]| *n as usize).sum());
+        for &[first, n] in ranges {
+            let strand = &strands.points[first as usize..][..n as usize];
+            deform(wind, strand, |point| points.push(point));
+        }
+        points
+    });
+    of_strands.collect::<Vec<_>>().concat()
 }
 
 /// The same strands at rest, in a space that holds them at all times, or nearly: that of some of
