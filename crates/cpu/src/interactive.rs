@@ -40,13 +40,6 @@ pub struct DisplayPixels<'a> {
     pub version: u64,
 }
 
-/// What the renderer came to, before it is on the screen.
-struct ToBeShown {
-    advance: Advance,
-    /// Composited already.
-    picture: Option<Picture>,
-}
-
 /// A scene drawn on the CPU for a screen: setters, those of [`Backend`], say what is to be drawn and
 /// return at once, [`InteractiveRenderer::advance`] works on it, and
 /// [`InteractiveRenderer::display`] is the last picture meanwhile.
@@ -66,8 +59,8 @@ pub struct InteractiveRenderer {
     is_shown: bool,
     /// Is it that of another view, as seen from this one?
     is_reprojected: bool,
-    /// What the next step goes on to show: in this one there was no time left.
-    to_be_shown: Option<ToBeShown>,
+    /// What led to a picture that the next step shows: in this one there was no time left.
+    to_be_shown: Option<Advance>,
     /// Is what is shown of the scene as it was last set, so that what follows refines it?
     is_current: bool,
     /// Is it lit as the scene was last set?
@@ -131,27 +124,21 @@ impl InteractiveRenderer {
             true => WORK_ON_VIEWS,
             false => budget,
         };
-        let deadline = Deadline::after(budget);
-        let waited = self.to_be_shown.take();
-        let waited = waited.filter(|next| self.is_to_be_shown(&next.advance));
-        let mut has_worked = waited.is_none();
-        let mut next = waited.unwrap_or_else(|| ToBeShown {
-            advance: self.renderer.advance(self.size, deadline),
-            picture: None,
-        });
-        if self.is_to_be_shown(&next.advance) {
-            // To composite a picture takes longer than most steps, and so does bringing it on the screen.
-            let is_time_up = |has_worked| has_worked && !deadline.is_to_come();
-            if next.picture.is_none() && !is_time_up(has_worked) {
-                next.picture = self.renderer.shown(self.size);
-                has_worked = true;
-            }
-            if is_time_up(has_worked) {
-                self.to_be_shown = Some(next);
-                return Ok(self.progress());
-            }
+        if let Some(advance) = self.to_be_shown.take().filter(|of| self.is_to_be_shown(of)) {
+            self.take_up(&Advance {
+                is_done: advance.is_done && !self.renderer.has_waiting(),
+                is_complete: advance.is_complete && !self.renderer.has_waiting(),
+                ..advance
+            });
+            return Ok(self.progress());
         }
-        self.take_up(next);
+        let deadline = Deadline::after(budget);
+        let advance = self.renderer.advance(self.size, deadline);
+        match self.is_to_be_shown(&advance) && !deadline.is_to_come() {
+            // To bring it on the screen takes longer than most steps.
+            true => self.to_be_shown = Some(advance),
+            false => self.take_up(&advance),
+        }
         Ok(self.progress())
     }
 
@@ -163,8 +150,12 @@ impl InteractiveRenderer {
         !is_left && is_new && self.renderer.can_show(self.size)
     }
 
-    /// Brings a picture on the screen, if there is one, and takes up how far the renderer has come.
-    fn take_up(&mut self, ToBeShown { advance, picture }: ToBeShown) {
+    /// Shows the picture that there is now, if it is another one.
+    fn take_up(&mut self, advance: &Advance) {
+        let picture = match self.is_to_be_shown(advance) {
+            true => self.renderer.shown(self.size),
+            false => None,
+        };
         if self.is_reprojected && self.renderer.has_waiting_view() {
             self.frame_version = advance.version;
         }
@@ -178,10 +169,8 @@ impl InteractiveRenderer {
             let stats = self.renderer.take_stats();
             self.note(&stats);
         }
-        // Edits may have come while the picture waited.
-        let is_current = self.fade.is_none() && !self.renderer.has_waiting();
-        self.is_shaded = advance.is_complete && is_current;
-        self.is_done = advance.is_done && is_current;
+        self.is_shaded = advance.is_complete && self.fade.is_none();
+        self.is_done = advance.is_done && self.fade.is_none();
     }
 
     /// How far the picture has come. It has no samples.

@@ -23,7 +23,7 @@ const MAX_TURN: f32 = 8.0 * std::f32::consts::PI / 180.0;
 /// Most pieces that one segment of the groom is split into.
 const MAX_SPLIT: u32 = 16;
 
-/// Strands whose frames one task finds.
+/// Strands that one task works on.
 pub(crate) const STRANDS_AT_A_TIME: usize = 64;
 
 /// Segments that one task measures.

@@ -12,7 +12,7 @@ use super::edits::median;
 use super::process_clock::{core_seconds, since};
 
 /// What the window gives the renderer at a time.
-const BUDGET: Duration = Duration::from_millis(4);
+const BUDGET: Duration = Duration::from_millis(8);
 
 /// From one kind of edit to its pictures.
 #[derive(Clone, Debug, PartialEq)]

@@ -40,7 +40,7 @@ const BUDGETS: [Duration; 2] = [Duration::from_millis(14), Duration::from_millis
 const BUDGET_OF_VIEWS: Duration = Duration::from_millis(100);
 
 /// Work between frames, before the window looks for input again.
-const BUDGET_BETWEEN: Duration = Duration::from_millis(4);
+const BUDGET_BETWEEN: Duration = Duration::from_millis(8);
 
 /// Longest time without a frame while there is work, so that what tells how far it is goes on.
 const LONGEST_FRAME: Duration = Duration::from_millis(60);
