@@ -124,7 +124,9 @@ impl InteractiveRenderer {
             true => WORK_ON_VIEWS,
             false => budget,
         };
-        if let Some(advance) = self.to_be_shown.take().filter(|of| self.is_to_be_shown(of)) {
+        let to_be_shown = self.to_be_shown.take();
+        self.renderer.hold(false);
+        if let Some(advance) = to_be_shown.filter(|of| self.is_to_be_shown(of)) {
             self.take_up(&Advance {
                 is_done: advance.is_done && !self.renderer.has_waiting(),
                 is_complete: advance.is_complete && !self.renderer.has_waiting(),
@@ -136,7 +138,10 @@ impl InteractiveRenderer {
         let advance = self.renderer.advance(self.size, deadline);
         match self.is_to_be_shown(&advance) && !deadline.is_to_come() {
             // To bring it on the screen takes longer than most steps.
-            true => self.to_be_shown = Some(advance),
+            true => {
+                self.to_be_shown = Some(advance);
+                self.renderer.hold(true);
+            }
             false => self.take_up(&advance),
         }
         Ok(self.progress())

@@ -37,6 +37,8 @@ pub struct CpuRenderer {
     /// The scene that is being drawn by [`CpuRenderer::advance`], and edits since then.
     drawn: Option<PreparedScene>,
     waiting: Vec<Edit>,
+    /// See [`CpuRenderer::hold`].
+    is_held: bool,
     /// The picture of another view, until the view as last set has one.
     last_view: Option<LastView>,
     /// The strands without wind, while there is some.
@@ -67,6 +69,7 @@ impl CpuRenderer {
             scene,
             drawn: None,
             waiting: Vec::new(),
+            is_held: false,
             last_view: None,
             rest: None,
             is_sampled: false,
@@ -92,17 +95,19 @@ impl CpuRenderer {
     }
 
     /// The scene was edited. An edit waits for the first picture after the one before it, so that there
-    /// are pictures while a slider is dragged.
+    /// are pictures while a slider is dragged. Another view need not wait for a picture to be shown: it shows that one as
+    /// seen from there.
     fn edited(&mut self, edit: Edit) {
-        if self.drawn.is_some() && !self.frame.has_picture() {
-            self.waiting.push(edit);
-        } else {
-            if edit == Edit::View {
-                self.keep_view();
-            }
-            self.drawn = None;
-            self.frame.edited(edit);
+        let is_to_come = !self.frame.has_picture() || (self.is_held && edit != Edit::View);
+        self.waiting.push(edit);
+        if self.drawn.is_none() || !is_to_come {
+            self.take_edits();
         }
+    }
+
+    /// Says whether there is a picture that is still to be shown: edits wait for that, too.
+    pub(super) fn hold(&mut self, is_held: bool) {
+        self.is_held = is_held;
     }
 
     /// Does another view wait for the picture of this one?
@@ -255,6 +260,7 @@ impl Backend for CpuRenderer {
         (self.scene, self.rest, self.drawn) = (scene, None, None);
         self.last_view = None;
         self.waiting.clear();
+        self.is_held = false;
         Ok(())
     }
 

@@ -150,3 +150,84 @@ fn distance(a: &[[u8; 4]], b: &[[u8; 4]]) -> f64 {
     let off: f64 = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum();
     (off / b.iter().map(|b| b * b).sum::<f64>()).sqrt()
 }
+
+/// While a slider is dragged each frame brings an edit, and may have time for a single step: there are pictures all the same.
+#[test]
+fn drags_show_pictures_however_short_frames_are() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = write_dense_hair(folder.path(), key_and_sky());
+    let scene = PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair");
+    let mut live = InteractiveRenderer::new(scene.clone());
+    while !live.advance(Duration::ZERO).expect("a step").is_done {}
+    let colors = |share: f32| -> Vec<[f32; 3]> {
+        let of_lights = scene.lights.iter();
+        of_lights
+            .map(|light| light.rgb.map(|x| x * share))
+            .collect()
+    };
+    type Drag<'a> = (&'a str, &'a dyn Fn(&mut InteractiveRenderer, f32));
+    let drags: [Drag; 3] = [
+        ("exposure", &|live, share| {
+            live.set_grade(share, scene.display.clone(), scene.background.clone());
+        }),
+        ("colours of the lights", &|live, share| {
+            live.set_light_colors(&colors(share)).expect("as many");
+        }),
+        ("absorption", &|live, share| {
+            let mut hair = *live.scene().hair.hair();
+            hair.sigma_a = [f64::from(0.2 + share); 3];
+            let modes = live.scene().hair.modes().to_vec();
+            live.set_hair(&hair, &modes).expect("in range");
+        }),
+    ];
+    for (name, edit) in drags {
+        let mut n_pictures = 0;
+        for ix in 1..=200 {
+            edit(&mut live, 1.0 - 0.001 * ix as f32);
+            let version = live.display().version;
+            live.advance(Duration::ZERO).expect("a step");
+            n_pictures += usize::from(live.display().version != version);
+        }
+        println!("{name}: {n_pictures} pictures in 200 frames");
+        assert!(n_pictures >= 5, "{name}: {n_pictures} pictures");
+        while !live.advance(Duration::ZERO).expect("a step").is_done {}
+    }
+}
+
+/// Edits that waited for a picture are taken up with one that comes once it is there: lights are added, and coloured then.
+#[test]
+fn edits_that_waited_are_taken_up_with_later_ones() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = write_dense_hair(folder.path(), key_and_sky());
+    let scene = PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair");
+    let lights = |n: usize| {
+        let mut lights = scene.lights.clone();
+        let more = (0..n).map(|ix| SrbfLight {
+            direction: [0.6, if ix % 2 == 0 { 0.64 } else { -0.64 }, 0.48],
+            lambda: 0.2,
+            rgb: [2.0, 1.0 + ix as f32, 3.0],
+        });
+        lights.extend(more);
+        lights
+    };
+    let mut live = InteractiveRenderer::new(scene.clone());
+    while !live.advance(Duration::ZERO).expect("a step").is_done {}
+    live.set_lights(lights(1)).expect("lights");
+    live.advance(Duration::ZERO).expect("a step");
+    live.set_lights(lights(5)).expect("lights");
+    let version = live.display().version;
+    while live.display().version == version {
+        live.advance(Duration::ZERO).expect("a step");
+    }
+    let mut coloured = lights(5);
+    for light in &mut coloured {
+        light.rgb = light.rgb.map(|x| 0.5 * x);
+    }
+    let colors: Vec<[f32; 3]> = coloured.iter().map(|light| light.rgb).collect();
+    live.set_light_colors(&colors).expect("as many");
+    while !live.advance(Duration::ZERO).expect("a step").is_done {}
+    let mut fresh = InteractiveRenderer::new(scene.clone());
+    fresh.set_lights(coloured).expect("lights");
+    while !fresh.advance(Duration::ZERO).expect("a step").is_done {}
+    assert!(live.display().pixels == fresh.display().pixels);
+}

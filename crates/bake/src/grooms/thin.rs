@@ -54,7 +54,7 @@ pub fn thin(groom: &Groom, strands: u32, seed: u64) -> Result<Groom, EditError> 
     let widest = widths.iter().copied().fold(0.0, f32::max);
     if widest > MAX_DIAMETER_CM {
         let range = format!(
-            "more: so few would be {widest} cm wide (attribute diameter), at most {MAX_DIAMETER_CM} can be"
+            "more: so few would have to be {widest} cm wide (attribute diameter); the limit is {MAX_DIAMETER_CM} cm"
         );
         return Err(EditError::range("strands", strands, range));
     }

@@ -11,7 +11,7 @@ use super::cpu_frames::{Options, edits};
 use super::edits::median;
 use super::process_clock::{core_seconds, since};
 
-/// What the window gives the renderer at a time.
+/// What the window gives the renderer at a time between frames.
 const BUDGET: Duration = Duration::from_millis(8);
 
 /// From one kind of edit to its pictures.
