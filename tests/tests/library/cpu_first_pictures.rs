@@ -168,7 +168,7 @@ fn drags_show_pictures_however_short_frames_are() {
     type Drag<'a> = (&'a str, &'a dyn Fn(&mut InteractiveRenderer, f32));
     let drags: [Drag; 3] = [
         ("exposure", &|live, share| {
-            live.set_grade(share, scene.display.clone(), scene.background.clone());
+            live.set_grade(share, scene.display.clone(), scene.background);
         }),
         ("colours of the lights", &|live, share| {
             live.set_light_colors(&colors(share)).expect("as many");
