@@ -90,7 +90,9 @@ impl Frame {
         if edit != Edit::Colors && Stage::Shade.inputs().contains(&edit) {
             self.forget_kept();
             // Paint is no matter of plain points.
-            self.plain.bounced.take_if(|_| edit != Edit::Paint);
+            if edit != Edit::Paint {
+                (self.plain.bounced, self.plain.finding_bounced) = (None, None);
+            }
         }
         for stage in Stage::ALL {
             let is_stale = stage.inputs().contains(&edit);
@@ -150,6 +152,7 @@ impl Frame {
     /// The proxies are in other light.
     fn forget_lit_proxies(&mut self) {
         (self.proxies, self.bounce) = (None, None);
+        self.plain.finding_bounced = None;
         if let Some(bounced) = &mut self.plain.bounced {
             bounced.is_current = false;
         }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde_json::json;
 
 use strandlight_cpu::InteractiveRenderer;
-use strandlight_formats::{Background, Scene, SrbfLight};
+use strandlight_formats::{Background, ProxySection, Scene, SrbfLight};
 use strandlight_runtime::Session;
 use strandlight_runtime::script::Script;
 use strandlight_scene::{Backend, PreparedScene};
@@ -230,4 +230,43 @@ fn edits_that_waited_are_taken_up_with_later_ones() {
     fresh.set_lights(coloured).expect("lights");
     while !fresh.advance(Duration::ZERO).expect("a step").is_done {}
     assert!(live.display().pixels == fresh.display().pixels);
+}
+
+/// Lights are coloured while the light from proxies is being found for the colours before: pictures keep what was found of it.
+#[test]
+fn light_from_proxies_stays_while_lights_are_dragged() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = write_dense_hair(folder.path(), key_and_sky());
+    let mut description = Scene::read(&at).expect("a scene");
+    description.proxies = vec![ProxySection::Ground {
+        height: -1.5,
+        albedo: [0.9; 3],
+    }];
+    let scene = PreparedScene::load(&description).expect("hair");
+    assert!(scene.has_bounce());
+    let colors = |share: f32| -> Vec<[f32; 3]> {
+        let of_lights = scene.lights.iter();
+        of_lights
+            .map(|light| light.rgb.map(|x| x * share))
+            .collect()
+    };
+    let mut live = InteractiveRenderer::new(scene.clone());
+    while !live.advance(Duration::ZERO).expect("a step").is_done {}
+    let whole = live.display().pixels.to_vec();
+    for n_steps in 1..60 {
+        // Both are hardly another light.
+        live.set_light_colors(&colors(1.001)).expect("as many");
+        for _ in 0..n_steps {
+            live.advance(Duration::ZERO).expect("a step");
+        }
+        live.set_light_colors(&colors(0.999)).expect("as many");
+        loop {
+            let progress = live.advance(Duration::ZERO).expect("a step");
+            let off = distance(&live.display().pixels, &whole);
+            assert!(off < 0.005, "{off} after {n_steps} steps");
+            if progress.is_done {
+                break;
+            }
+        }
+    }
 }

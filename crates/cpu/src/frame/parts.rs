@@ -89,12 +89,17 @@ impl ProxyLight {
 pub(super) struct Bounced {
     /// By place: rgb times the view's radiance scale, and zero.
     pub at: Vec<[f32; 4]>,
-    /// Of `VisiblePoints::of_bounce`, as many as are found.
-    pub n_done: usize,
     /// What the proxies sent back in all.
     pub sent_back: [f32; 3],
     /// Are the proxies still in that light?
     pub is_current: bool,
+}
+
+/// The same while it is being found.
+pub(super) struct FindingBounced {
+    pub at: Vec<[f32; 4]>,
+    /// Of `VisiblePoints::of_bounce`, as many as are found.
+    pub n_done: usize,
 }
 
 /// Radiance that is being found.

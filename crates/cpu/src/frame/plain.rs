@@ -10,7 +10,7 @@ use super::super::shade::Counts;
 use super::super::shade_wide::WideShader;
 use super::inputs::Inputs;
 use super::kept::Kept;
-use super::parts::{Bounced, Quality, Shading};
+use super::parts::{Bounced, FindingBounced, Quality, Shading};
 
 /// Points that shares of shadow maps are taken at, at a time: some 10 ms on two cores.
 const SHARES_AT_ONCE: usize = 1 << 13;
@@ -26,8 +26,9 @@ pub(super) struct PlainPoints {
     pub n_shares: usize,
     /// Of the last complete picture.
     pub kept: Option<Kept>,
-    /// Light of the proxies that the points scatter.
+    /// Light of the proxies that the points scatter, and that of proxies in other light, which will take its place.
     pub bounced: Option<Bounced>,
+    pub finding_bounced: Option<FindingBounced>,
 }
 
 impl PlainPoints {
@@ -50,7 +51,13 @@ impl PlainPoints {
         let of_lights = (arriving, records);
         let shader = WideShader::new(scene, seen, tables, of_lights, maps, shading.peaks);
         let has_bounce = inputs.bounce.is_some() && shading.group == 0;
-        if has_bounce && !step_bounced(&mut self.bounced, inputs, &shader) {
+        if has_bounce
+            && !step_bounced(
+                (&mut self.bounced, &mut self.finding_bounced),
+                inputs,
+                &shader,
+            )
+        {
             return None;
         }
         let mut shaded = shader.shade(places, &inputs.visible.points, self.kept.is_some());
@@ -121,31 +128,37 @@ impl PlainPoints {
     }
 }
 
-/// Finds some more of the light of the proxies; answers whether all of it was known.
-fn step_bounced(bounced: &mut Option<Bounced>, inputs: &Inputs, shader: &WideShader) -> bool {
-    let Some(bounce) = inputs.bounce else {
+/// Finds some more of the light of the proxies, while what was found before stays; answers whether all of it was known.
+fn step_bounced(
+    (bounced, finding): (&mut Option<Bounced>, &mut Option<FindingBounced>),
+    inputs: &Inputs,
+    shader: &WideShader,
+) -> bool {
+    let is_known = bounced.as_ref().is_some_and(|bounced| bounced.is_current);
+    let Some(bounce) = inputs.bounce.filter(|_| !is_known) else {
         return true;
     };
     let visible = inputs.visible;
-    let current = bounced.take_if(|bounced| bounced.is_current);
-    let bounced = bounced.insert(current.unwrap_or_else(|| Bounced {
+    let mut under_way = finding.take().unwrap_or_else(|| FindingBounced {
         at: vec![[0.0; 4]; visible.points.len()],
         n_done: 0,
-        sent_back: inputs.proxies.map_or([0.0; 3], Proxies::total),
-        is_current: true,
-    }));
-    let missing = &visible.of_bounce[bounced.n_done..];
+    });
+    let missing = &visible.of_bounce[under_way.n_done..];
     let missing = &missing[..missing.len().min(inputs.slice())];
-    if missing.is_empty() {
-        return true;
-    }
     let found = shader.shade_bounce(bounce, missing, &visible.points);
     for (&place, found) in missing.iter().zip(found) {
-        bounced.at[place as usize] = found;
+        under_way.at[place as usize] = found;
     }
-    bounced.n_done += missing.len();
-    if bounced.n_done == visible.of_bounce.len() {
-        visible.spread_bounce(&mut bounced.at);
+    under_way.n_done += missing.len();
+    if under_way.n_done < visible.of_bounce.len() {
+        *finding = Some(under_way);
+        return false;
     }
+    visible.spread_bounce(&mut under_way.at);
+    *bounced = Some(Bounced {
+        at: under_way.at,
+        sent_back: inputs.proxies.map_or([0.0; 3], Proxies::total),
+        is_current: true,
+    });
     false
 }
