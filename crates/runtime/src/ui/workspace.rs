@@ -122,6 +122,8 @@ pub struct Workspace {
     n_rough: u32,
     /// Work on the picture goes on until something changes that the next frame shows.
     is_between_frames: bool,
+    /// It has changed something that no frame has shown.
+    is_to_be_painted: bool,
 }
 
 impl Workspace {
@@ -198,6 +200,7 @@ impl Workspace {
             is_outdated: false,
             n_rough: 0,
             is_between_frames: false,
+            is_to_be_painted: false,
         }
     }
 
@@ -329,7 +332,12 @@ impl Workspace {
         let Some(mut output) = output else {
             return Ok(());
         };
-        self.advance_in_frame(is_busy);
+        // What came between frames is seen before there is more, so that fades take a step a frame. Where no work
+        // follows, what was edited in this frame would wait.
+        let is_new = std::mem::take(&mut self.is_to_be_painted);
+        if !is_new || self.progress.is_done || self.is_stuck {
+            self.advance_in_frame(is_busy);
+        }
         // The display may have been recreated in another size.
         self.screen.picture(self.viewer.display());
         let painted = self.screen.paint(
@@ -404,6 +412,7 @@ impl Workspace {
         let is_due = self.last_frame.elapsed() > LONGEST_FRAME;
         if is_new || is_due || self.progress.is_done || self.is_stuck || self.is_outdated {
             self.is_between_frames = false;
+            self.is_to_be_painted = is_new;
             self.window.request_redraw();
         }
     }
