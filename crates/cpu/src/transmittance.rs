@@ -69,7 +69,7 @@ pub fn transmittance_beside(
 #[derive(Default)]
 pub(super) struct LightSweep {
     /// Its index among the lights.
-    pub light: usize,
+    pub light_ix: usize,
     /// Directions that are swept.
     n_done: usize,
     sweeping: Sweeping,
@@ -79,9 +79,9 @@ pub(super) struct LightSweep {
 
 impl LightSweep {
     /// Nothing yet.
-    pub fn new(light: usize) -> LightSweep {
+    pub fn new(light_ix: usize) -> LightSweep {
         LightSweep {
-            light,
+            light_ix,
             ..LightSweep::default()
         }
     }
@@ -94,7 +94,7 @@ impl LightSweep {
         (lights, sweeps): (&[LightRecord], &[[f32; 4]]),
         (beside, places): (&Beside, &Places),
     ) -> bool {
-        let light = &lights[self.light];
+        let light = &lights[self.light_ix];
         let first = light.first_sweep as usize;
         let directions = &sweeps[first..first + light.n_sweeps as usize];
         let sweeping = &mut self.sweeping;

@@ -270,3 +270,54 @@ fn light_from_proxies_stays_while_lights_are_dragged() {
         }
     }
 }
+
+/// Another view and, before anything is known of it, a light that was off: its first pictures have hair, and the last one the
+/// light on proxies, though the view goes on changing.
+#[test]
+fn lights_switched_on_while_the_view_turns_show_hair_and_proxies() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = write_dense_hair(folder.path(), key_and_sky());
+    let mut description = Scene::read(&at).expect("a scene");
+    description.proxies = vec![ProxySection::ellipsoid([0.0, 0.0, -2.0], [2.0, 1.0, 1.0])];
+    let mut scene = PreparedScene::load(&description).expect("hair");
+    let on: Vec<[f32; 3]> = scene.lights.iter().map(|light| light.rgb).collect();
+    let mut off = on.clone();
+    off[0] = [0.0; 3];
+    scene.set_light_colors(&off).expect("as many");
+    let cameras = [0.002, 0.004].map(|turn: f32| {
+        let mut camera = scene.camera;
+        camera.eye.x += turn * camera.eye.distance(camera.target);
+        camera
+    });
+    let mut fresh = InteractiveRenderer::new(scene.clone());
+    fresh.set_camera(cameras[1]);
+    fresh.set_light_colors(&on).expect("as many");
+    while !fresh.advance(Duration::ZERO).expect("a step").is_done {}
+    for n_steps in (1..40).step_by(3) {
+        let mut live = InteractiveRenderer::new(scene.clone());
+        while !live.advance(Duration::ZERO).expect("a step").is_done {}
+        let light = |live: &InteractiveRenderer| {
+            let pixels = live.display().pixels.iter();
+            pixels.map(|pixel| u64::from(pixel[1])).sum::<u64>()
+        };
+        let before = light(&live);
+        live.set_camera(cameras[0]);
+        live.set_light_colors(&on).expect("as many");
+        for _ in 0..n_steps {
+            live.advance(Duration::ZERO).expect("a step");
+            assert!(2 * light(&live) > before, "after {n_steps} steps");
+        }
+        live.set_camera(cameras[1]);
+        loop {
+            let progress = live.advance(Duration::ZERO).expect("a step");
+            assert!(2 * light(&live) > before, "after {n_steps} steps");
+            if progress.is_done {
+                break;
+            }
+        }
+        assert!(
+            live.display().pixels == fresh.display().pixels,
+            "after {n_steps} steps"
+        );
+    }
+}

@@ -48,8 +48,8 @@ impl Frame {
             lambda(a).total_cmp(&lambda(b))
         });
         if let Some(before) = &mut self.records {
-            // Of those that are black now there are no more directions.
-            before.under_way.clear();
+            // Those that are black now are no work.
+            before.under_way.retain(|sweep| is_lit[sweep.light_ix]);
             let mut pairs = before.is_lit.iter().zip(&is_lit);
             if !pairs.all(|(before, now)| before.unwrap_or(true) || !now) {
                 self.forget(Stage::Transmittance);

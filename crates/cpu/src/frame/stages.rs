@@ -98,7 +98,8 @@ impl Frame {
             let mut carried = None;
             if let Some((seen, radiance)) = self.before_view.take() {
                 let before = RadianceBefore::of_view(&seen, &radiance, &visible.points);
-                if picturing.has_drafts {
+                // What proxies show needs the light on them.
+                if picturing.has_drafts && self.has_proxy_light() {
                     carried = visible.carried(&before);
                 }
                 self.before = Some(before);
@@ -214,11 +215,11 @@ impl Frame {
             }
             let n_maps = lights.sweeps.len() * picturing.beside.meshes().len();
             for light in std::mem::take(&mut records.under_way) {
-                let first = grid.n_voxels() * light.light;
+                let first = grid.n_voxels() * light.light_ix;
                 light.pack(&mut records.packed[first..][..grid.n_voxels()]);
-                records.is_lit[light.light] = Some(true);
+                records.is_lit[light.light_ix] = Some(true);
                 if n_maps <= MAX_HEIGHT_MAPS {
-                    records.maps[light.light] = light.maps;
+                    records.maps[light.light_ix] = light.maps;
                 }
             }
         });
@@ -315,9 +316,10 @@ impl Frame {
         }
     }
 
-    /// The proxies in the light of the lights as they are, and of each other.
+    /// The proxies in the light of the lights as they are, and of each other, once that is found.
     pub(super) fn lit_proxies(&self, picturing: &Picturing) -> Option<Proxies> {
-        let (lights, found) = (self.lights.as_ref()?, self.proxy_light.as_ref()?);
+        let found = (self.proxy_light.as_ref()).filter(|_| self.has_proxy_light())?;
+        let lights = self.lights.as_ref()?;
         let passed = passed_weights(picturing.scene);
         let mut proxies = match &found.lit {
             Some(lit) => lit.clone(),
