@@ -22,7 +22,11 @@ use strandlight_scene::{
 };
 
 use super::CpuRenderer;
+#[cfg(not(target_arch = "wasm32"))]
+use super::edited_scene::EditedScene;
 use super::fade::Fade;
+#[cfg(not(target_arch = "wasm32"))]
+use super::frame::Edit;
 use super::renderer::Advance;
 
 /// Work after a view is shown [as seen from another](CpuRenderer::reprojected): less, and a drag would see no
@@ -221,6 +225,23 @@ impl InteractiveRenderer {
     /// Nothing is drawn, or all of it is.
     fn is_resting(&self) -> bool {
         self.is_done || self.size.contains(&0)
+    }
+
+    /// Is a picture on its way to the last one?
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn is_fading(&self) -> bool {
+        self.fade.is_some()
+    }
+
+    /// The scene was edited elsewhere, and is this one now.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn set_edited(&mut self, edited: EditedScene, edits: &[Edit]) {
+        self.renderer.set_edited(edited, edits);
+        if edits.contains(&Edit::View) {
+            self.turned();
+        } else if !edits.is_empty() {
+            self.edited();
+        }
     }
 
     /// The picture is no longer that of the scene.

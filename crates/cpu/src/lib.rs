@@ -32,9 +32,12 @@
 
 mod along_segments;
 mod arriving;
+#[cfg(not(target_arch = "wasm32"))]
+mod background;
 mod bounce;
 mod composite;
 mod data_layers;
+mod edited_scene;
 mod fade;
 mod frame;
 mod interactive;
@@ -61,6 +64,8 @@ mod unblocked;
 mod visible;
 mod voxelise;
 
+#[cfg(not(target_arch = "wasm32"))]
+pub use background::BackgroundRenderer;
 pub use data_layers::{coverage, data_layers};
 pub use interactive::{DisplayPixels, InteractiveRenderer, levels};
 pub use light_reaching::transmittance_seen;

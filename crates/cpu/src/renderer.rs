@@ -1,25 +1,22 @@
 //! The renderer as a [`Backend`].
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use strandlight_formats::{Background, Scattering, SrbfLight};
 use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::budget::check_frame;
 use strandlight_scene::camera::view_uniform;
 use strandlight_scene::motion::Wind;
-use strandlight_scene::motion::wind::bent_strands;
 use strandlight_scene::paint::Paint;
 use strandlight_scene::panorama::TurnedPanorama;
 use strandlight_scene::proxy::Proxy;
-use strandlight_scene::scene::check_lights;
 use strandlight_scene::stats::Observer;
-use strandlight_scene::strands::Strands;
 use strandlight_scene::{
-    Backend, Camera, DisplayTransform, Picture, PreparedScene, RenderError, SceneError, Stats,
+    Backend, Camera, DisplayTransform, Picture, PreparedScene, RenderError, Stats,
 };
 
 use super::composite::composite;
+use super::edited_scene::EditedScene;
 use super::frame::{Edit, Frame};
 use super::last_view::LastView;
 use super::sampled::{PointShadows, ShadowSource, render_observed};
@@ -32,7 +29,7 @@ const MAX_LIST_PIXELS: u64 = 1 << 25;
 /// A scene that is drawn on the CPU: by a visibility list, without noise. An edit recomputes what
 /// depends on it.
 pub struct CpuRenderer {
-    scene: PreparedScene,
+    edited: EditedScene,
     frame: Frame,
     /// The scene that is being drawn by [`CpuRenderer::advance`], and edits since then.
     drawn: Option<PreparedScene>,
@@ -41,8 +38,6 @@ pub struct CpuRenderer {
     is_held: bool,
     /// The picture of another view, until the view as last set has one.
     last_view: Option<LastView>,
-    /// The strands without wind, while there is some.
-    rest: Option<Arc<Strands>>,
     /// Draws samples in place of a visibility list.
     is_sampled: bool,
     /// In place of sweeps and shadow maps.
@@ -62,16 +57,14 @@ pub(super) struct Advance {
 
 impl CpuRenderer {
     /// A renderer of `scene`.
-    pub fn new(mut scene: PreparedScene) -> CpuRenderer {
-        scene.hair.keep_plain();
+    pub fn new(scene: PreparedScene) -> CpuRenderer {
         CpuRenderer {
             frame: Frame::of(&scene),
-            scene,
+            edited: EditedScene::new(scene),
             drawn: None,
             waiting: Vec::new(),
             is_held: false,
             last_view: None,
-            rest: None,
             is_sampled: false,
             shadows: None,
         }
@@ -97,12 +90,21 @@ impl CpuRenderer {
     /// The scene was edited. An edit waits for the first picture after the one before it, so that there
     /// are pictures while a slider is dragged. Another view need not wait for a picture to be shown: it shows that one as
     /// seen from there.
-    fn edited(&mut self, edit: Edit) {
-        let is_to_come = !self.frame.has_picture() || (self.is_held && edit != Edit::View);
-        self.waiting.push(edit);
-        if self.drawn.is_none() || !is_to_come {
-            self.take_edits();
+    fn take(&mut self, edits: impl IntoIterator<Item = Edit>) {
+        for edit in edits {
+            let is_to_come = !self.frame.has_picture() || (self.is_held && edit != Edit::View);
+            self.waiting.push(edit);
+            if self.drawn.is_none() || !is_to_come {
+                self.take_edits();
+            }
         }
+    }
+
+    /// The scene was edited elsewhere, and is this one now.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn set_edited(&mut self, edited: EditedScene, edits: &[Edit]) {
+        self.edited = edited;
+        self.take(edits.iter().copied());
     }
 
     /// Says whether there is a picture that is still to be shown: edits wait for that, too.
@@ -127,6 +129,7 @@ impl CpuRenderer {
                 self.keep_view();
             }
             self.drawn = None;
+            self.frame.planned.clone_from(&self.edited.planned);
             for edit in self.waiting.drain(..) {
                 self.frame.edited(edit);
             }
@@ -150,7 +153,7 @@ impl CpuRenderer {
             .last_view
             .as_ref()
             .filter(|last| last.view.size == size)?;
-        let scene = &self.scene;
+        let scene = &self.edited.scene;
         let view = view_uniform(&scene.camera, &scene.strands, size, scene.radiance_scale());
         let mut rgba = last.seen_from(&view);
         composite(scene, &view, 1, &mut rgba);
@@ -174,7 +177,7 @@ impl CpuRenderer {
         if self.frame.has_picture() {
             self.take_edits();
         }
-        let scene = self.drawn.get_or_insert_with(|| self.scene.clone());
+        let scene = self.drawn.get_or_insert_with(|| self.edited.scene.clone());
         let camera = scene.camera;
         let is_time = || deadline.is_to_come();
         let is_done = self.frame.advance(scene, &camera, size, is_time);
@@ -232,16 +235,23 @@ impl CpuRenderer {
         observer: Observer,
     ) -> Result<(Picture, Stats), RenderError> {
         check_frame(size, samples)?;
-        let camera = self.scene.camera;
+        let camera = self.edited.scene.camera;
         if self.has_steps(size) {
             self.take_edits();
-            return Ok(self.frame.draw(&self.scene, &camera, size, observer));
+            return Ok(self.frame.draw(&self.edited.scene, &camera, size, observer));
         }
         let shadows = match &self.shadows {
             None => ShadowSource::Sweep,
             Some(find) => ShadowSource::Points(find),
         };
-        render_observed(&self.scene, &camera, size, samples, shadows, observer)
+        render_observed(
+            &self.edited.scene,
+            &camera,
+            size,
+            samples,
+            shadows,
+            observer,
+        )
     }
 }
 
@@ -251,142 +261,97 @@ impl Backend for CpuRenderer {
     }
 
     fn scene(&self) -> &PreparedScene {
-        &self.scene
+        &self.edited.scene
     }
 
-    fn set_scene(&mut self, mut scene: PreparedScene) -> Result<(), RenderError> {
-        scene.hair.keep_plain();
+    fn set_scene(&mut self, scene: PreparedScene) -> Result<(), RenderError> {
         self.frame = Frame::of(&scene);
-        (self.scene, self.rest, self.drawn) = (scene, None, None);
-        self.last_view = None;
+        self.edited = EditedScene::new(scene);
+        (self.drawn, self.last_view) = (None, None);
         self.waiting.clear();
         self.is_held = false;
         Ok(())
     }
 
     fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<(), RenderError> {
-        if self.scene.hair.hair() == hair && self.scene.hair.modes() == modes {
-            return Ok(());
-        }
-        self.scene
-            .hair
-            .edit(hair, modes)
-            .map_err(SceneError::from)?;
-        self.edited(Edit::Hair);
+        let edit = self.edited.set_hair(hair, modes)?;
+        self.take(edit);
         Ok(())
     }
 
     fn set_scattering(&mut self, scattering: Scattering) {
-        if self.scene.scattering() == scattering {
-            return;
-        }
-        self.scene.set_scattering(scattering);
-        self.edited(Edit::Terms);
+        let edit = self.edited.set_scattering(scattering);
+        self.take(edit);
     }
 
     fn set_densities(&mut self, densities: [f32; 2]) {
-        self.scene.densities = densities;
-        self.edited(Edit::Densities);
+        let edit = self.edited.set_densities(densities);
+        self.take([edit]);
     }
 
     fn set_lights(&mut self, lights: Vec<SrbfLight>) -> Result<(), RenderError> {
-        check_lights(&lights)?;
-        self.frame.planned = lights.iter().map(|light| light.rgb).collect();
-        self.scene.lights = lights;
-        self.edited(Edit::Lights);
+        let edit = self.edited.set_lights(lights)?;
+        self.take([edit]);
         Ok(())
     }
 
     fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<(), RenderError> {
-        self.scene.set_light_colors(rgb)?;
-        self.edited(Edit::Colors);
+        let edit = self.edited.set_light_colors(rgb)?;
+        self.take([edit]);
         Ok(())
     }
 
     fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
-        self.scene.strands = self.scene.strands.moved(points)?.into();
-        self.rest = None;
-        self.edited(Edit::Points);
+        let edit = self.edited.set_points(points)?;
+        self.take([edit]);
         Ok(())
     }
 
     fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
-        let rest = match &self.rest {
-            Some(rest) => Some(Arc::new(rest.with_radii(radii)?)),
-            None => None,
-        };
-        self.scene.strands = self.scene.strands.with_radii(radii)?.into();
-        self.rest = rest;
-        self.edited(Edit::Points);
+        let edit = self.edited.set_radii(radii)?;
+        self.take([edit]);
         Ok(())
     }
 
     fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError> {
-        if wind.is_none() && self.rest.is_none() {
-            return Ok(false);
-        }
-        self.edited(Edit::Points);
-        let rest = self.rest.as_ref().unwrap_or(&self.scene.strands);
-        match wind {
-            Some(wind) => {
-                let bent = bent_strands(&wind, rest)?;
-                let before = std::mem::replace(&mut self.scene.strands, bent.into());
-                self.rest.get_or_insert(before);
-                Ok(true)
-            }
-            None => {
-                let rest = self.rest.take();
-                let is_moved = rest.is_some();
-                if let Some(rest) = rest {
-                    self.scene.strands = rest;
-                }
-                Ok(is_moved)
-            }
-        }
+        let edit = self.edited.set_wind(wind)?;
+        self.take(edit);
+        Ok(edit.is_some())
     }
 
     fn set_paint(&mut self, paint: &Paint, changed: Range<usize>) -> Result<(), RenderError> {
-        let (_, report) = self.scene.repaint(paint, changed)?;
-        self.edited(Edit::Paint);
-        if report.is_some() {
-            // Other tables of painted hair.
-            self.edited(Edit::PaintKinds);
-        }
+        let edits = self.edited.set_paint(paint, changed)?;
+        self.take(edits);
         Ok(())
     }
 
     fn set_proxies(&mut self, proxies: Vec<Proxy>) {
-        self.scene.proxies = proxies;
-        self.edited(Edit::Proxies);
+        let edit = self.edited.set_proxies(proxies);
+        self.take([edit]);
     }
 
     fn set_camera(&mut self, camera: Camera) {
-        if self.scene.camera != camera {
-            self.scene.camera = camera;
-            self.edited(Edit::View);
-        }
+        let edit = self.edited.set_camera(camera);
+        self.take(edit);
     }
 
     fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
-        self.scene.size = size;
+        self.edited.scene.size = size;
         Ok(())
     }
 
     fn set_samples(&mut self, samples: u32) {
-        self.scene.samples = samples;
+        self.edited.scene.samples = samples;
     }
 
     fn set_grade(&mut self, exposure: f32, display: DisplayTransform, background: Background) {
-        let scene = &mut self.scene;
-        (scene.exposure, scene.display, scene.background) = (exposure, display, background);
-        self.edited(Edit::Background);
+        let edit = self.edited.set_grade(exposure, display, background);
+        self.take([edit]);
     }
 
     fn set_panorama(&mut self, panorama: Option<TurnedPanorama>) {
-        if self.scene.panorama != panorama {
-            self.scene.panorama = panorama;
-            self.edited(Edit::Background);
-        }
+        let edit = self.edited.set_panorama(panorama);
+        self.take(edit);
     }
 
     /// Nothing else is ever shaded.

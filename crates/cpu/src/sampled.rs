@@ -25,7 +25,8 @@ use super::transmittance::{Shadows, transmittance_beside};
 use super::voxelise::voxelise;
 
 /// Finds the packed records of some lights at every point of a scene, `[light][point]`.
-pub type PointShadows<'a> = dyn Fn(&PreparedScene, &[LightRecord]) -> Vec<PackedRecord> + Sync + 'a;
+pub type PointShadows<'a> =
+    dyn Fn(&PreparedScene, &[LightRecord]) -> Vec<PackedRecord> + Send + Sync + 'a;
 
 /// How the transmittance of lights is found.
 #[derive(Clone, Copy)]

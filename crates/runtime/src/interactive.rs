@@ -3,6 +3,8 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
+#[cfg(not(target_arch = "wasm32"))]
+use strandlight_cpu::BackgroundRenderer;
 use strandlight_cpu::InteractiveRenderer;
 #[cfg(not(target_arch = "wasm32"))]
 use strandlight_formats::Background;
@@ -129,6 +131,33 @@ impl InteractiveBackend for InteractiveRenderer {
     }
 
     #[cfg(not(target_arch = "wasm32"))]
+    fn over_nothing(&mut self, size: [u32; 2]) -> Result<Picture, RenderError> {
+        self.over_nothing(size)
+    }
+
+    fn device(&self) -> Option<&Context> {
+        None
+    }
+
+    fn set_device(&mut self, _: &Context, _: PreparedScene) -> Result<(), RenderError> {
+        Ok(())
+    }
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+impl InteractiveBackend for BackgroundRenderer {
+    fn advance(&mut self, budget: Duration) -> Result<PictureProgress, RenderError> {
+        self.advance(budget)
+    }
+
+    fn report(&self) -> &RenderReport {
+        self.report()
+    }
+
+    fn display(&self) -> Display<'_> {
+        Display::Pixels(self.display())
+    }
+
     fn over_nothing(&mut self, size: [u32; 2]) -> Result<Picture, RenderError> {
         self.over_nothing(size)
     }

@@ -26,6 +26,9 @@ use crate::inspection::Inspector;
 use crate::interactive::{Display, InteractiveBackend};
 use crate::mask_view::MaskView;
 use crate::session::{Change, Edits, Saved, Session, section_of};
+#[cfg(not(target_arch = "wasm32"))]
+use strandlight_cpu::BackgroundRenderer;
+#[cfg(target_arch = "wasm32")]
 use strandlight_cpu::InteractiveRenderer;
 use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
@@ -103,6 +106,10 @@ impl Viewer {
         session: Session,
     ) -> Result<Viewer, SessionError> {
         let scene = unmuted_scene(&session).map_err(RenderError::from)?;
+        #[cfg(not(target_arch = "wasm32"))]
+        let on_cpu = |scene| Box::new(BackgroundRenderer::new(scene));
+        // A page has one thread.
+        #[cfg(target_arch = "wasm32")]
         let on_cpu = |scene| Box::new(InteractiveRenderer::new(scene));
         let (renderer, reason): (Box<dyn InteractiveBackend>, _) = match chosen {
             Chosen::Cpu(reason) => (on_cpu(scene), Some(reason)),

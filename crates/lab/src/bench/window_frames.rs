@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
-use strandlight_cpu::InteractiveRenderer;
+use strandlight_cpu::BackgroundRenderer;
 use strandlight_formats::Scene;
 use strandlight_scene::{PreparedScene, RenderError};
 
@@ -69,7 +69,7 @@ pub fn window_costs(
 ) -> Result<Vec<WindowCost>, RenderError> {
     let mut base = PreparedScene::load(scene)?;
     base.size = options.size.unwrap_or(base.size);
-    let mut live = InteractiveRenderer::new(base.clone());
+    let mut live = BackgroundRenderer::new(base.clone());
     let mut costs = Vec::new();
     for (name, edit) in edits(&base) {
         let mut runs = Vec::new();
@@ -99,8 +99,8 @@ pub fn window_costs(
 
 /// Edits, and draws until nothing is left to do.
 fn watch(
-    live: &mut InteractiveRenderer,
-    edit: impl FnOnce(&mut InteractiveRenderer) -> Result<(), RenderError>,
+    live: &mut BackgroundRenderer,
+    edit: impl FnOnce(&mut BackgroundRenderer) -> Result<(), RenderError>,
 ) -> Result<Run, RenderError> {
     let milliseconds = |since: Instant| 1e3 * since.elapsed().as_secs_f64();
     let (before, start) = (core_seconds(), Instant::now());

@@ -1,0 +1,469 @@
+//! The interactive renderer in a thread of its own, so that a window answers input whatever is being computed.
+
+use std::mem;
+use std::ops::Range;
+use std::panic::resume_unwind;
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use strandlight_formats::{Background, Scattering, SrbfLight};
+use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::budget::check_target;
+use strandlight_scene::interactive::{PictureProgress, RenderReport};
+use strandlight_scene::motion::Wind;
+use strandlight_scene::paint::Paint;
+use strandlight_scene::panorama::TurnedPanorama;
+use strandlight_scene::proxy::Proxy;
+use strandlight_scene::stats::Observer;
+use strandlight_scene::{
+    Backend, Camera, DisplayTransform, Picture, PreparedScene, RenderError, Stats,
+};
+
+use super::edited_scene::EditedScene;
+use super::frame::Edit;
+use super::interactive::{DisplayPixels, InteractiveRenderer};
+
+/// Work before the thread looks for edits again, where no step takes longer.
+const BUDGET: Duration = Duration::from_millis(4);
+
+/// An [`InteractiveRenderer`] that works in a thread of its own. Setters return at once,
+/// [`BackgroundRenderer::advance`] waits for what is new, and [`BackgroundRenderer::display`] is the last picture meanwhile.
+pub struct BackgroundRenderer {
+    edited: EditedScene,
+    size: [u32; 2],
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+    /// Requests so far, and the last of them that asked for another view.
+    n_requests: u64,
+    last_view: u64,
+    display: Display,
+    /// Of the thread, when this was last asked to advance.
+    progress: PictureProgress,
+    /// Requests that `progress` knows of.
+    n_taken: u64,
+    report: RenderReport,
+    /// Did the thread end with an error? Whoever goes on asks it again.
+    is_failed: bool,
+}
+
+/// What the thread and its renderer share.
+#[derive(Default)]
+struct Shared {
+    state: Mutex<State>,
+    /// There are requests, or the picture was taken.
+    is_asked: Condvar,
+    /// There is something new to show.
+    has_news: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    requests: Vec<Request>,
+    /// Nobody is there any more.
+    is_closed: bool,
+    /// The thread ended.
+    is_ended: bool,
+    /// Requests that the thread has taken.
+    n_taken: u64,
+    progress: PictureProgress,
+    report: RenderReport,
+    /// What nobody has seen yet.
+    display: Option<Display>,
+    error: Option<RenderError>,
+    is_new: bool,
+}
+
+/// A copy of [`DisplayPixels`].
+#[derive(Default)]
+struct Display {
+    pixels: Vec<[u8; 4]>,
+    size: [u32; 2],
+    version: u64,
+}
+
+enum Request {
+    /// The scene was edited.
+    Edited(Box<EditedScene>, Vec<Edit>),
+    Scene(Box<PreparedScene>),
+    Size([u32; 2]),
+    /// Another try after an error.
+    Again,
+    OverNothing([u32; 2], Sender<Result<Picture, RenderError>>),
+    Render([u32; 2], u32, Sender<Rendering>),
+}
+
+/// How far a picture is that was asked for.
+enum Rendering {
+    ShareDone(f64),
+    Done(Result<(Picture, Stats), RenderError>),
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl BackgroundRenderer {
+    /// A renderer of `scene`, whose thread begins with the first picture, of the scene's size.
+    pub fn new(scene: PreparedScene) -> BackgroundRenderer {
+        let shared = Arc::new(Shared::default());
+        let (size, report) = (scene.size, RenderReport::default());
+        let edited = EditedScene::new(scene.clone());
+        let renderer = InteractiveRenderer::new(scene);
+        let thread = {
+            let shared = Arc::clone(&shared);
+            std::thread::spawn(move || {
+                let ended = Ended(&shared);
+                work(renderer, &shared);
+                drop(ended);
+            })
+        };
+        BackgroundRenderer {
+            edited,
+            size,
+            shared,
+            thread: Some(thread),
+            n_requests: 0,
+            last_view: 0,
+            display: Display::default(),
+            progress: PictureProgress::default(),
+            n_taken: 0,
+            report,
+            is_failed: false,
+        }
+    }
+
+    /// Waits for something new, for about `budget`; [`InteractiveRenderer::advance`] for the rest.
+    ///
+    /// # Errors
+    /// A picture that is too large.
+    pub fn advance(&mut self, budget: Duration) -> Result<PictureProgress, RenderError> {
+        if mem::take(&mut self.is_failed) {
+            self.ask(Request::Again);
+        }
+        if self.size.contains(&0) {
+            return Ok(self.progress());
+        }
+        let deadline = Instant::now() + budget;
+        let mut state = self.shared.lock();
+        loop {
+            let is_resting = state.progress.is_done && state.n_taken == self.n_requests;
+            let left = deadline.saturating_duration_since(Instant::now());
+            if state.is_new || state.is_ended || is_resting || left.is_zero() {
+                break;
+            }
+            let waited = self.shared.has_news.wait_timeout(state, left);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+        state.is_new = false;
+        if let Some(display) = state.display.take() {
+            self.display = display;
+            self.shared.is_asked.notify_one();
+        }
+        (self.progress, self.n_taken) = (state.progress, state.n_taken);
+        self.report.clone_from(&state.report);
+        let (error, is_ended) = (state.error.take(), state.is_ended);
+        drop(state);
+        if is_ended && let Some(Err(panic)) = self.thread.take().map(JoinHandle::join) {
+            resume_unwind(panic);
+        }
+        match error {
+            Some(error) => {
+                self.is_failed = true;
+                Err(error)
+            }
+            None => Ok(self.progress()),
+        }
+    }
+
+    /// How far the picture has come, as far as [`BackgroundRenderer::advance`] saw. It has no samples.
+    pub fn progress(&self) -> PictureProgress {
+        let is_all_taken = self.n_taken == self.n_requests;
+        PictureProgress {
+            is_shown: self.progress.is_shown && self.n_taken >= self.last_view,
+            is_shaded: self.progress.is_shaded && is_all_taken,
+            is_done: self.progress.is_done && is_all_taken || self.size.contains(&0),
+            ..self.progress
+        }
+    }
+
+    /// The last picture that [`BackgroundRenderer::advance`] saw.
+    pub fn display(&self) -> DisplayPixels<'_> {
+        DisplayPixels {
+            pixels: &self.display.pixels,
+            size: self.display.size,
+            version: self.display.version,
+        }
+    }
+
+    /// [`InteractiveRenderer::over_nothing`]. Waits for it.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn over_nothing(&mut self, size: [u32; 2]) -> Result<Picture, RenderError> {
+        let (sender, receiver) = channel();
+        self.ask(Request::OverNothing(size, sender));
+        match receiver.recv() {
+            Ok(picture) => picture,
+            Err(_) => self.ended(),
+        }
+    }
+
+    /// [`InteractiveRenderer::report`].
+    pub fn report(&self) -> &RenderReport {
+        &self.report
+    }
+
+    fn ask(&mut self, request: Request) {
+        self.n_requests += 1;
+        self.shared.lock().requests.push(request);
+        self.shared.is_asked.notify_one();
+    }
+
+    fn send(&mut self, edits: impl IntoIterator<Item = Edit>) {
+        let edits: Vec<Edit> = edits.into_iter().collect();
+        if edits.is_empty() {
+            return;
+        }
+        let is_view = edits.contains(&Edit::View);
+        self.ask(Request::Edited(Box::new(self.edited.clone()), edits));
+        if is_view {
+            self.last_view = self.n_requests;
+        }
+    }
+
+    /// Goes on with the panic of the thread, which does not end otherwise while somebody waits for it.
+    fn ended(&mut self) -> ! {
+        match self.thread.take().map(JoinHandle::join) {
+            Some(Err(panic)) => resume_unwind(panic),
+            _ => unreachable!("the thread ends with its renderer"),
+        }
+    }
+}
+
+impl Drop for BackgroundRenderer {
+    fn drop(&mut self) {
+        self.shared.lock().is_closed = true;
+        self.shared.is_asked.notify_one();
+        if let Some(thread) = self.thread.take() {
+            // What it panicked with was told when it did.
+            thread.join().ok();
+        }
+    }
+}
+
+/// Tells that the thread ended, whatever ended it.
+struct Ended<'a>(&'a Shared);
+
+impl Drop for Ended<'_> {
+    fn drop(&mut self) {
+        self.0.lock().is_ended = true;
+        self.0.has_news.notify_one();
+    }
+}
+
+/// What the thread does.
+fn work(mut renderer: InteractiveRenderer, shared: &Shared) {
+    let mut version = 0;
+    let mut is_failed = false;
+    loop {
+        let requests = {
+            let mut state = shared.lock();
+            loop {
+                if state.is_closed {
+                    return;
+                }
+                // A fade takes a step when the one before it was seen.
+                let is_ahead = renderer.is_fading() && state.display.is_some();
+                let is_working = !renderer.progress().is_done && !is_failed && !is_ahead;
+                if is_working || !state.requests.is_empty() {
+                    break;
+                }
+                let waited = shared.is_asked.wait(state);
+                state = waited.unwrap_or_else(PoisonError::into_inner);
+            }
+            mem::take(&mut state.requests)
+        };
+        let n_requests = requests.len() as u64;
+        for request in requests {
+            do_request(&mut renderer, request);
+        }
+        let advanced = renderer.advance(BUDGET);
+        is_failed = advanced.is_err();
+        let mut state = shared.lock();
+        state.n_taken += n_requests;
+        state.report.clone_from(renderer.report());
+        let display = renderer.display();
+        if display.version != version {
+            version = display.version;
+            state.display = Some(Display {
+                pixels: display.pixels.to_vec(),
+                size: display.size,
+                version,
+            });
+            state.is_new = true;
+        }
+        let progress = renderer.progress();
+        state.is_new |= is_failed || n_requests > 0 || state.progress != progress;
+        state.progress = progress;
+        if let Err(error) = advanced {
+            state.error = Some(error);
+        }
+        if state.is_new {
+            shared.has_news.notify_one();
+        }
+    }
+}
+
+fn do_request(renderer: &mut InteractiveRenderer, request: Request) {
+    match request {
+        Request::Edited(edited, edits) => renderer.set_edited(*edited, &edits),
+        // They were looked at before they were sent.
+        Request::Scene(scene) => drop(renderer.set_scene(*scene)),
+        Request::Size(size) => drop(renderer.set_size(size)),
+        Request::Again => {}
+        Request::OverNothing(size, sender) => {
+            sender.send(renderer.over_nothing(size)).ok();
+        }
+        Request::Render(size, samples, sender) => {
+            let observer = |share| {
+                sender.send(Rendering::ShareDone(share)).ok();
+            };
+            let rendered = renderer.render(size, samples, &observer);
+            sender.send(Rendering::Done(rendered)).ok();
+        }
+    }
+}
+
+impl Backend for BackgroundRenderer {
+    fn name(&self) -> String {
+        "cpu".to_owned()
+    }
+
+    fn scene(&self) -> &PreparedScene {
+        &self.edited.scene
+    }
+
+    fn set_scene(&mut self, scene: PreparedScene) -> Result<(), RenderError> {
+        self.size = scene.size;
+        self.edited = EditedScene::new(scene.clone());
+        self.ask(Request::Scene(Box::new(scene)));
+        self.last_view = self.n_requests;
+        Ok(())
+    }
+
+    fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<(), RenderError> {
+        let edit = self.edited.set_hair(hair, modes)?;
+        self.send(edit);
+        Ok(())
+    }
+
+    fn set_scattering(&mut self, scattering: Scattering) {
+        let edit = self.edited.set_scattering(scattering);
+        self.send(edit);
+    }
+
+    fn set_densities(&mut self, densities: [f32; 2]) {
+        let edit = self.edited.set_densities(densities);
+        self.send([edit]);
+    }
+
+    fn set_lights(&mut self, lights: Vec<SrbfLight>) -> Result<(), RenderError> {
+        let edit = self.edited.set_lights(lights)?;
+        self.send([edit]);
+        Ok(())
+    }
+
+    fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<(), RenderError> {
+        let edit = self.edited.set_light_colors(rgb)?;
+        self.send([edit]);
+        Ok(())
+    }
+
+    fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
+        let edit = self.edited.set_points(points)?;
+        self.send([edit]);
+        Ok(())
+    }
+
+    fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
+        let edit = self.edited.set_radii(radii)?;
+        self.send([edit]);
+        Ok(())
+    }
+
+    fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError> {
+        let edit = self.edited.set_wind(wind)?;
+        self.send(edit);
+        Ok(edit.is_some())
+    }
+
+    fn set_paint(&mut self, paint: &Paint, changed: Range<usize>) -> Result<(), RenderError> {
+        let edits = self.edited.set_paint(paint, changed)?;
+        self.send(edits);
+        Ok(())
+    }
+
+    fn set_proxies(&mut self, proxies: Vec<Proxy>) {
+        let edit = self.edited.set_proxies(proxies);
+        self.send([edit]);
+    }
+
+    fn set_camera(&mut self, camera: Camera) {
+        let edit = self.edited.set_camera(camera);
+        self.send(edit);
+    }
+
+    fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
+        if self.size == size {
+            return Ok(());
+        }
+        if !size.contains(&0) {
+            check_target(size)?;
+            self.edited.scene.size = size;
+        }
+        self.size = size;
+        self.ask(Request::Size(size));
+        self.last_view = self.n_requests;
+        Ok(())
+    }
+
+    /// Of pictures by samples alone, which a screen is not shown.
+    fn set_samples(&mut self, samples: u32) {
+        self.edited.scene.samples = samples;
+        self.ask(Request::Edited(Box::new(self.edited.clone()), Vec::new()));
+    }
+
+    fn set_grade(&mut self, exposure: f32, display: DisplayTransform, background: Background) {
+        let edit = self.edited.set_grade(exposure, display, background);
+        self.send([edit]);
+    }
+
+    fn set_panorama(&mut self, panorama: Option<TurnedPanorama>) {
+        let edit = self.edited.set_panorama(panorama);
+        self.send(edit);
+    }
+
+    /// Nothing else is ever shaded.
+    fn shade_view_only(&mut self) {}
+
+    fn render(
+        &mut self,
+        size: [u32; 2],
+        samples: u32,
+        observer: Observer,
+    ) -> Result<(Picture, Stats), RenderError> {
+        let (sender, receiver) = channel();
+        self.ask(Request::Render(size, samples, sender));
+        for rendering in receiver {
+            match rendering {
+                Rendering::ShareDone(share) => observer(share),
+                Rendering::Done(rendered) => return rendered,
+            }
+        }
+        self.ended()
+    }
+}
