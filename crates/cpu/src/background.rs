@@ -276,9 +276,9 @@ fn work(mut renderer: InteractiveRenderer, shared: &Shared) {
                 if state.is_closed {
                     return;
                 }
-                // A fade takes a step when the one before it was seen.
-                let is_ahead = renderer.is_fading() && state.display.is_some();
-                let is_working = !renderer.progress().is_done && !is_failed && !is_ahead;
+                // No picture is made before the last one was seen, so that none is left out and nothing jumps.
+                let is_seen = state.display.is_none();
+                let is_working = is_seen && !is_failed && !renderer.progress().is_done;
                 if is_working || !state.requests.is_empty() {
                     break;
                 }

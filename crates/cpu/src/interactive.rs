@@ -227,12 +227,6 @@ impl InteractiveRenderer {
         self.is_done || self.size.contains(&0)
     }
 
-    /// Is a picture on its way to the last one?
-    #[cfg(not(target_arch = "wasm32"))]
-    pub(super) fn is_fading(&self) -> bool {
-        self.fade.is_some()
-    }
-
     /// The scene was edited elsewhere, and is this one now.
     #[cfg(not(target_arch = "wasm32"))]
     pub(super) fn set_edited(&mut self, edited: EditedScene, edits: &[Edit]) {

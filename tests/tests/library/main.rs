@@ -3,6 +3,7 @@
 mod architecture;
 mod circles;
 mod compiled_files;
+mod cpu_background;
 mod cpu_edits;
 mod cpu_first_pictures;
 mod edit;

@@ -5,11 +5,12 @@ use std::time::Duration;
 
 use strandlight_bake::grooms::{GrowSpec, Style, bust, generate};
 use strandlight_bake::scenes::PaperScene;
-use strandlight_cpu::InteractiveRenderer;
+use strandlight_cpu::{BackgroundRenderer, InteractiveRenderer};
 use strandlight_data::{SAMPLE_LIGHTS, SAMPLE_SCENE};
 use strandlight_formats::{BakedFile, LightSet, Scene, SrbfLight};
+use strandlight_runtime::{Display, InteractiveBackend};
+use strandlight_scene::PreparedScene;
 use strandlight_scene::progress::Progress;
-use strandlight_scene::{Backend, PreparedScene};
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 
 /// Largest difference of consecutive pictures: relative RMS of their levels.
@@ -27,14 +28,17 @@ fn difference(a: &[[u8; 4]], b: &[[u8; 4]]) -> f64 {
 }
 
 /// Every picture that is shown until the last.
-fn pictures(live: &mut InteractiveRenderer) -> Vec<Vec<[u8; 4]>> {
+fn pictures(live: &mut dyn InteractiveBackend) -> Vec<Vec<[u8; 4]>> {
     let mut found: Vec<Vec<[u8; 4]>> = Vec::new();
-    let mut version = live.display().version;
+    let mut version = live.display().version();
     loop {
         let progress = live.advance(Duration::ZERO).expect("a picture");
-        if live.display().version != version {
-            version = live.display().version;
-            found.push(live.display().pixels.to_vec());
+        if live.display().version() != version {
+            version = live.display().version();
+            let Display::Pixels(shown) = live.display() else {
+                panic!("a picture in memory");
+            };
+            found.push(shown.pixels.to_vec());
         }
         if progress.is_done {
             return found;
@@ -63,9 +67,13 @@ fn check(pictures: &[Vec<[u8; 4]>], least: f64) {
 /// The first pictures of a scene, of lights that were turned, and of another view.
 fn check_scene(scene: &Scene) {
     let prepared = PreparedScene::load(scene).expect("a scene");
-    let (lights, camera) = (prepared.lights.clone(), prepared.camera);
-    let mut live = InteractiveRenderer::new(prepared);
-    check(&pictures(&mut live), MAX_STEP);
+    check_edits(&prepared, &mut InteractiveRenderer::new(prepared.clone()));
+    check_edits(&prepared, &mut BackgroundRenderer::new(prepared.clone()));
+}
+
+fn check_edits(scene: &PreparedScene, live: &mut dyn InteractiveBackend) {
+    let (lights, camera) = (scene.lights.clone(), scene.camera);
+    check(&pictures(live), MAX_STEP);
     let turned = |light: &SrbfLight| SrbfLight {
         direction: [
             0.8 * light.direction[0] + 0.6 * light.direction[2],
@@ -76,11 +84,11 @@ fn check_scene(scene: &Scene) {
     };
     live.set_lights(lights.iter().map(turned).collect())
         .expect("lights");
-    check(&pictures(&mut live), MAX_STEP);
+    check(&pictures(live), MAX_STEP);
     let mut moved = camera;
     moved.eye.x += 0.1 * moved.eye.distance(moved.target);
     live.set_camera(moved);
-    check(&pictures(&mut live), 0.0);
+    check(&pictures(live), 0.0);
 }
 
 #[test]

@@ -33,14 +33,14 @@ use strandlight_render::gpu::GpuError;
 use strandlight_scene::RenderError;
 use strandlight_scene::interactive::PictureProgress;
 
-/// Work on the picture in a frame while the user drags something or where work goes on between frames, and otherwise.
+/// Work on the picture in a frame while the user drags something, and otherwise.
 const BUDGETS: [Duration; 2] = [Duration::from_millis(14), Duration::from_millis(40)];
 
 /// The same until there is a picture of the view: there is nothing else to see, and frames in between would delay it.
 const BUDGET_OF_VIEWS: Duration = Duration::from_millis(100);
 
-/// Work between frames, before the window looks for input again.
-const BUDGET_BETWEEN: Duration = Duration::from_millis(8);
+/// How long the window waits between frames for what a thread works on, before it looks for input again.
+const BUDGET_BETWEEN: Duration = Duration::from_millis(4);
 
 /// Longest time without a frame while there is work, so that what tells how far it is goes on.
 const LONGEST_FRAME: Duration = Duration::from_millis(60);
@@ -120,7 +120,7 @@ pub struct Workspace {
     pub(super) is_outdated: bool,
     /// Frames in a row in which something had no size yet.
     n_rough: u32,
-    /// Work on the picture goes on until something changes that the next frame shows.
+    /// Work on the picture goes on, and something is waited for that the next frame shows.
     is_between_frames: bool,
     /// It has changed something that no frame has shown.
     is_to_be_painted: bool,
@@ -283,7 +283,7 @@ impl Workspace {
             self.window.request_redraw();
         }
         if self.is_between_frames {
-            self.work_between_frames();
+            self.wait_between_frames();
         }
         if now.duration_since(self.last_look) > Duration::from_secs(1) {
             self.last_look = now;
@@ -398,14 +398,15 @@ impl Workspace {
         (output, is_busy)
     }
 
-    /// Can the picture be worked on without a frame? A device has to show what it drew, and a page draws only in
+    /// Is the picture worked on without a frame, in a thread? A device has to show what it drew, and a page draws only in
     /// frames.
     fn works_between_frames(&self) -> bool {
         cfg!(not(target_arch = "wasm32")) && self.viewer.renderer().device().is_none()
     }
 
-    /// Works a little on the picture between two frames, and has the next one made when there is something to see.
-    fn work_between_frames(&mut self) {
+    /// Waits a little between two frames for what is new of the picture, and has the next one made when there is something
+    /// to see.
+    fn wait_between_frames(&mut self) {
         let shown = (self.progress, self.viewer.display().version());
         self.advance(BUDGET_BETWEEN);
         let is_new = shown != (self.progress, self.viewer.display().version());
@@ -418,10 +419,12 @@ impl Workspace {
     }
 
     fn advance_in_frame(&mut self, is_busy: bool) {
-        let is_short = is_busy || self.works_between_frames();
-        self.advance(match self.progress.is_shown || self.is_empty || is_short {
-            true => BUDGETS[usize::from(!is_short)],
-            false => BUDGET_OF_VIEWS,
+        self.advance(if self.works_between_frames() {
+            Duration::ZERO
+        } else if self.progress.is_shown || self.is_empty || is_busy {
+            BUDGETS[usize::from(!is_busy)]
+        } else {
+            BUDGET_OF_VIEWS
         });
     }
 

@@ -1,0 +1,163 @@
+//! The renderer in a thread of its own shows in the end what it shows without, whenever edits come.
+
+use std::time::Duration;
+
+use strandlight_cpu::{BackgroundRenderer, CpuRenderer, InteractiveRenderer};
+use strandlight_formats::{ProxySection, Scene, WindSection};
+use strandlight_scene::motion::Wind;
+use strandlight_scene::{Backend, PreparedScene};
+use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
+
+/// Long enough for anything that these scenes wait for.
+const LONG: Duration = Duration::from_secs(60);
+
+fn scene() -> PreparedScene {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let hair = curtain(20, 6, 0.2, 0.0);
+    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |scene| {
+        scene.render.size = [48, 32];
+        scene.proxies = vec![ProxySection::ellipsoid([2.0, -2.0, 0.0], [1.0, 2.0, 1.0])];
+    });
+    PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair")
+}
+
+fn finish(live: &mut BackgroundRenderer) {
+    while !live.advance(LONG).expect("a picture").is_done {}
+    assert!(live.progress().is_shown && live.progress().is_shaded);
+}
+
+type Edit = (&'static str, fn(&mut dyn Backend, &PreparedScene));
+
+/// One of each setter.
+const EDITS: [Edit; 11] = [
+    ("hair", |live, _| {
+        let mut hair = *live.scene().hair.hair();
+        hair.eta += 0.05;
+        let modes = live.scene().hair.modes().to_vec();
+        live.set_hair(&hair, &modes).expect("in range");
+    }),
+    ("view", |live, scene| {
+        let mut camera = scene.camera;
+        camera.eye.x += 0.5;
+        live.set_camera(camera);
+    }),
+    ("colours", |live, scene| {
+        let rgb: Vec<[f32; 3]> = scene.lights.iter().map(|_| [1.0, 0.5, 0.2]).collect();
+        live.set_light_colors(&rgb).expect("as many");
+    }),
+    ("lights", |live, scene| {
+        let mut lights = scene.lights.clone();
+        lights.swap(0, 1);
+        lights.push(lights[0]);
+        live.set_lights(lights).expect("lights");
+    }),
+    ("densities", |live, _| live.set_densities([0.5, 0.7])),
+    ("wind", |live, scene| {
+        let wind = Wind::at(&WindSection::default(), &scene.strands, 0.3);
+        assert!(live.set_wind(Some(wind)).expect("in range"));
+    }),
+    ("widths", |live, scene| {
+        let radii: Vec<f32> = scene
+            .strands
+            .points
+            .iter()
+            .map(|point| 1.5 * point[3])
+            .collect();
+        live.set_radii(&radii).expect("as many");
+    }),
+    ("no wind", |live, _| {
+        assert!(live.set_wind(None).expect("the strands before"));
+    }),
+    ("exposure", |live, scene| {
+        live.set_grade(1.0, scene.display.clone(), scene.background);
+    }),
+    ("proxies", |live, _| live.set_proxies(Vec::new())),
+    ("size", |live, _| live.set_size([40, 30]).expect("a size")),
+];
+
+#[test]
+fn edits_end_as_they_do_without_a_thread() {
+    let scene = scene();
+    // How often edits are looked after until the next: never, while something is under way, until all is done.
+    for n_looks in [0, 3, usize::MAX] {
+        let mut live = BackgroundRenderer::new(scene.clone());
+        let mut inline = InteractiveRenderer::new(scene.clone());
+        for (name, edit) in EDITS {
+            edit(&mut live, &scene);
+            edit(&mut inline, &scene);
+            assert!(!live.progress().is_done, "{name}");
+            for _ in 0..n_looks {
+                if live.advance(LONG).expect("a picture").is_done {
+                    break;
+                }
+            }
+        }
+        finish(&mut live);
+        while !inline.advance(Duration::ZERO).expect("a step").is_done {}
+        assert_eq!(live.display().size, [40, 30]);
+        assert!(
+            live.display().pixels == inline.display().pixels,
+            "looked after {n_looks} times"
+        );
+        assert_eq!(live.scene().lights, inline.scene().lights);
+        let size = [24, 16];
+        let over_nothing = live.over_nothing(size).expect("a picture");
+        assert!(over_nothing == inline.over_nothing(size).expect("a picture"));
+        let (rendered, _) = live.render(size, 4, &|_| ()).expect("a picture");
+        let mut fresh = CpuRenderer::new(inline.scene().clone());
+        let (expected, _) = fresh.render(size, 4, &|_| ()).expect("a picture");
+        assert!(rendered == expected);
+    }
+}
+
+/// While a slider is dragged each frame brings an edit, and there are pictures all the same.
+#[test]
+fn drags_show_pictures() {
+    let scene = scene();
+    let mut live = BackgroundRenderer::new(scene.clone());
+    finish(&mut live);
+    let mut n_pictures = 0;
+    for ix in 1..=40 {
+        let mut hair = *live.scene().hair.hair();
+        hair.sigma_a = [0.2 + 0.01 * f64::from(ix); 3];
+        let modes = live.scene().hair.modes().to_vec();
+        live.set_hair(&hair, &modes).expect("in range");
+        let version = live.display().version;
+        live.advance(LONG).expect("a picture");
+        n_pictures += usize::from(live.display().version != version);
+    }
+    assert!(n_pictures >= 5, "{n_pictures} pictures");
+    finish(&mut live);
+}
+
+/// What cannot be drawn is told whenever somebody asks, and a scene that can is drawn then.
+#[test]
+fn errors_are_told_until_they_are_mended() {
+    let mut scene = scene();
+    // So large that it takes samples, of which there are none.
+    (scene.size, scene.samples) = ([6000, 6000], 0);
+    let mut live = BackgroundRenderer::new(scene);
+    for _ in 0..3 {
+        let error = loop {
+            match live.advance(LONG) {
+                Ok(progress) => assert!(!progress.is_done && !progress.is_shown),
+                Err(error) => break error,
+            }
+        };
+        assert!(error.to_string().contains("samples"), "{error}");
+    }
+    live.set_size([24, 16]).expect("a size");
+    finish(&mut live);
+    assert_eq!(live.display().size, [24, 16]);
+}
+
+/// A side of zero: nothing is drawn, and nobody waits.
+#[test]
+fn hidden_windows_rest() {
+    let mut live = BackgroundRenderer::new(scene());
+    live.set_size([0, 16]).expect("a size");
+    assert!(live.advance(LONG).expect("nothing").is_done);
+    live.set_size([24, 16]).expect("a size");
+    finish(&mut live);
+    assert_eq!(live.display().size, [24, 16]);
+}
