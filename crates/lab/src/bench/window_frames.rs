@@ -11,8 +11,8 @@ use super::cpu_frames::{Options, edits};
 use super::edits::median;
 use super::process_clock::{core_seconds, since};
 
-/// What the window gives the renderer at a time between frames.
-const BUDGET: Duration = Duration::from_millis(8);
+/// How long the window waits for the renderer's thread before it looks for input again.
+const BUDGET: Duration = Duration::from_millis(4);
 
 /// From one kind of edit to its pictures.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +29,7 @@ pub struct WindowCost {
     pub first_core_seconds: Option<f64>,
     /// Median milliseconds to the last one.
     pub settled_milliseconds: f64,
-    /// Longest time for which the window got no answer, milliseconds.
+    /// Longest time that an edit, or the wait for something new after it, kept the window from input, milliseconds.
     pub longest_milliseconds: f64,
 }
 

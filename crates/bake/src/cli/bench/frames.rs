@@ -32,8 +32,8 @@ use crate::cli::{Failure, Outcome, print_line};
 ///
 /// `--window`: the same edits in a window on the CPU: time to the first new picture, a draft perhaps, and how
 /// far it is from the last one at most (relative RMS of their levels); time to the first picture of every
-/// light and term, seconds of all cores to it, time to the last one, and the longest step
-/// of the renderer.
+/// light and term, seconds of all cores to it, time to the last one, and the longest time that the
+/// renderer keeps the window from input.
 ///
 /// `--against PROGRAM` runs this build and another, each as `bench frames --json` in a process of its
 /// own, in the order this, other, other, this, and prints the other's time over ours.
