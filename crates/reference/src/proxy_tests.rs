@@ -8,6 +8,7 @@ use glam::Quat;
 use strandlight_formats::Mesh;
 use strandlight_formats::Scattering;
 use strandlight_scattering::closed_form::irradiance;
+use strandlight_scattering::random::GOLDEN_ANGLE;
 use strandlight_scene::mesh::{MeshProxy, MeshShape};
 use strandlight_scene::proxy::{Proxy, ProxyRecords};
 
@@ -307,7 +308,7 @@ fn a_mesh_is_met_where_the_ellipsoid_is() {
     };
     let unit = |ix: u32, n: u32| {
         let z = 1.0 - 2.0 * (ix as f32 + 0.5) / n as f32;
-        let (sin, cos) = (2.399_963 * ix as f32).sin_cos();
+        let (sin, cos) = (GOLDEN_ANGLE as f32 * ix as f32).sin_cos();
         let r = (1.0 - z * z).sqrt();
         Vec3::new(r * cos, r * sin, z)
     };

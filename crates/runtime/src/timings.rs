@@ -1,5 +1,5 @@
 //! What frames of a script cost, as JSON. Times differ from run to run: they have a file of their
-//! own, so that all others are the same whenever they are made.
+//! own, so that all others are the same whenever they are frame.
 
 use serde_json::{Value, json};
 
@@ -23,9 +23,9 @@ pub struct Timings {
     frames: Vec<Value>,
 }
 
-/// A frame that was made.
+/// What a frame took.
 #[derive(Clone, Debug)]
-pub struct Made {
+pub struct FrameTiming {
     /// File, as seen from the folder of the frames.
     pub file: String,
     /// Width and height.
@@ -43,7 +43,7 @@ pub struct Made {
 }
 
 #[cfg(not(target_arch = "wasm32"))]
-impl Made {
+impl FrameTiming {
     /// Draws a frame of a script for the file of this name.
     ///
     /// # Errors
@@ -52,13 +52,13 @@ impl Made {
         viewer: &mut Viewer<B>,
         frame: &Frame,
         file: String,
-    ) -> Result<(Picture, Made), RenderError> {
+    ) -> Result<(Picture, FrameTiming), RenderError> {
         let start = Instant::now();
         let render = &viewer.session().scene().render;
         let size = frame.size.unwrap_or(render.size);
         let samples = frame.samples.unwrap_or(render.samples);
         let (picture, stats) = viewer.frame(size, samples)?;
-        let made = Made {
+        let timing = FrameTiming {
             file,
             size,
             samples,
@@ -67,21 +67,21 @@ impl Made {
             changed: viewer.take_changes(),
             stats,
         };
-        Ok((picture, made))
+        Ok((picture, timing))
     }
 }
 
 impl Timings {
     /// Adds a frame.
-    pub fn push(&mut self, made: Made) {
+    pub fn push(&mut self, frame: FrameTiming) {
         self.frames.push(json!({
-            "file": made.file,
-            "size": made.size,
-            "samples": made.stats.samples,
-            "time": made.time,
-            "milliseconds": made.milliseconds,
-            "changed": made.changed.names(),
-            "report": report(&made.stats),
+            "file": frame.file,
+            "size": frame.size,
+            "samples": frame.stats.samples,
+            "time": frame.time,
+            "milliseconds": frame.milliseconds,
+            "changed": frame.changed.names(),
+            "report": report(&frame.stats),
             "peak_bytes": memory::peak_bytes(),
         }));
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use strandlight_formats::{check_folder, content_hash, read_file, write_file};
 
-use super::record::{FileRecord, Fingerprint, Made, Record};
+use super::record::{BakedItem, FileRecord, Fingerprint, Record};
 
 /// A folder that keeps what was made: `ab/abcd….json` is the record of the key `abcd…`, and
 /// `abcd….out` an output by its role.
@@ -36,7 +36,7 @@ impl Cache {
     }
 
     /// What was made of `fingerprint`, if it is here.
-    pub fn fetch(&self, fingerprint: &Fingerprint, key: &str) -> Option<Made> {
+    pub fn fetch(&self, fingerprint: &Fingerprint, key: &str) -> Option<BakedItem> {
         let record = Record::read(&self.path(key, "json")).ok().flatten()?;
         if !record.made_of.is_same(fingerprint) || record.key != key {
             return None;
@@ -47,7 +47,7 @@ impl Cache {
             let is_whole = bytes.len() as u64 == known.bytes && content_hash(&bytes) == known.hash;
             is_whole.then_some(bytes)
         });
-        Some(Made {
+        Some(BakedItem {
             outputs: outputs.collect::<Option<_>>()?,
             figures: record.figures,
         })
@@ -57,7 +57,7 @@ impl Cache {
     ///
     /// # Errors
     /// What writing answers; nothing half written is left.
-    pub fn store(&self, fingerprint: &Fingerprint, key: &str, made: &Made) -> io::Result<()> {
+    pub fn store(&self, fingerprint: &Fingerprint, key: &str, made: &BakedItem) -> io::Result<()> {
         let record_path = self.path(key, "json");
         std::fs::create_dir_all(record_path.parent().unwrap_or(&self.folder))?;
         let mut outputs = Vec::new();
@@ -103,7 +103,7 @@ mod tests {
         };
         let key = fingerprint.key();
         assert!(cache.fetch(&fingerprint, &key).is_none());
-        let made = Made {
+        let made = BakedItem {
             outputs: vec![b"one".to_vec(), b"two".to_vec()],
             figures: serde_json::Map::from_iter([("error".to_owned(), 0.25.into())]),
         };

@@ -17,7 +17,7 @@ use super::cache::Cache;
 use super::failure::Failure;
 use super::item::Item;
 use super::judge::{Judgement, Reason, judge};
-use super::record::{FailureRecord, FileRecord, Fingerprint, Made, Record, RecordPaths};
+use super::record::{BakedItem, FailureRecord, FileRecord, Fingerprint, Record, RecordPaths};
 
 /// Who makes items; of any thread.
 pub trait Bakery: Sync {
@@ -25,7 +25,7 @@ pub trait Bakery: Sync {
     ///
     /// # Errors
     /// Its input or settings are not what they should be.
-    fn bake(&self, item: &Item) -> Result<Made, Failure>;
+    fn bake(&self, item: &Item) -> Result<BakedItem, Failure>;
 }
 
 /// What happens in a run.
@@ -306,7 +306,7 @@ impl Fingerprint {
 }
 
 /// Writes outputs, then the record that vouches for them.
-fn write(item: &Item, made_of: &Fingerprint, key: &str, made: &Made) -> Result<(), Failure> {
+fn write(item: &Item, made_of: &Fingerprint, key: &str, made: &BakedItem) -> Result<(), Failure> {
     let paths = RecordPaths::of(item);
     let cannot = |path: &Path| {
         let path = path.to_owned();
@@ -357,7 +357,7 @@ mod tests {
     struct Copier;
 
     impl Bakery for Copier {
-        fn bake(&self, item: &Item) -> Result<Made, Failure> {
+        fn bake(&self, item: &Item) -> Result<BakedItem, Failure> {
             let path = item.input_path().expect("it has one");
             let text = fs::read_to_string(&path).expect("readable");
             match text.as_str() {
@@ -365,7 +365,7 @@ mod tests {
                 "changing" => fs::write(&path, "changed").expect("written"),
                 _ => {}
             }
-            Ok(Made {
+            Ok(BakedItem {
                 outputs: vec![text.into_bytes()],
                 figures: Map::new(),
             })

@@ -37,5 +37,5 @@ pub use html::html;
 pub use index::{INDEX_VERSION, index};
 pub use item::{Item, Output, Resolved, items, unknown_key};
 pub use judge::{Judgement, Reason, State, judge};
-pub use record::{FileRecord, Fingerprint, Made, Record};
+pub use record::{BakedItem, FileRecord, Fingerprint, Record};
 pub use text::{Entry, KindInfo, Manifest, Place, Setting};

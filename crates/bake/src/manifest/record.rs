@@ -141,7 +141,7 @@ impl Fingerprint {
 
 /// What was made of an item.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Made {
+pub struct BakedItem {
     /// Bytes of its outputs, in their order. Nothing in them changes from run to run.
     pub outputs: Vec<Vec<u8>>,
     /// How good it is; no times.

@@ -4,6 +4,7 @@ use std::error::Error;
 
 use glam::Vec3;
 use strandlight_formats::{BakedFile, Groom, LightSet, Scene, SrbfLight};
+use strandlight_scattering::random::GOLDEN_ANGLE;
 use strandlight_scene::PreparedScene;
 
 /// A ball of curls under three lights.
@@ -14,7 +15,7 @@ pub fn wig() -> Result<PreparedScene, Box<dyn Error>> {
     for strand in 0..N_STRANDS {
         // Fibonacci's sphere.
         let y = 1.0 - (strand as f32 + 0.5) * 2.0 / N_STRANDS as f32;
-        let angle = 2.399_963 * strand as f32;
+        let angle = GOLDEN_ANGLE as f32 * strand as f32;
         let (sin, cos) = angle.sin_cos();
         let root = Vec3::new(cos * (1.0 - y * y).sqrt(), y, sin * (1.0 - y * y).sqrt());
         let (side, other) = root.any_orthonormal_pair();

@@ -22,7 +22,7 @@ mod native {
     use crate::work::{Work, WorkError};
 
     /// What work has made.
-    pub enum Made {
+    pub enum JobResult {
         /// A scene, opened from a file or made around one.
         Scene {
             /// The file that was asked for; none for the sample.
@@ -73,7 +73,7 @@ mod native {
         /// What is being done, for people.
         pub title: String,
         work: Arc<Work>,
-        answer: Receiver<Result<Made, CannotOpen>>,
+        answer: Receiver<Result<JobResult, CannotOpen>>,
         start: Instant,
     }
 
@@ -82,7 +82,7 @@ mod native {
         /// It goes on.
         None,
         /// It is done.
-        Made(Made),
+        Done(JobResult),
         /// It failed, for this reason.
         Failed(String),
         /// It was stopped.
@@ -93,7 +93,7 @@ mod native {
         /// Starts `make` in a thread of its own.
         pub fn start(
             title: String,
-            make: impl FnOnce(&Work) -> Result<Made, CannotOpen> + Send + 'static,
+            make: impl FnOnce(&Work) -> Result<JobResult, CannotOpen> + Send + 'static,
         ) -> Job {
             let work = Arc::new(Work::default());
             let (of_thread, (tell, answer)) = (work.clone(), channel());
@@ -121,7 +121,7 @@ mod native {
                     Some(path) => opening::open(path, work)?,
                     None => sample(work)?,
                 });
-                Ok(Made::Scene {
+                Ok(JobResult::Scene {
                     from: path,
                     session,
                 })
@@ -136,7 +136,7 @@ mod native {
         /// How it is going.
         pub fn news(&self) -> News {
             match self.answer.try_recv() {
-                Ok(Ok(made)) => News::Made(made),
+                Ok(Ok(made)) => News::Done(made),
                 Ok(Err(CannotOpen::Work(WorkError::Stopped))) => News::Stopped,
                 Ok(Err(error)) => News::Failed(error.to_string()),
                 Err(TryRecvError::Empty) => News::None,
@@ -196,7 +196,7 @@ mod web {
 }
 
 #[cfg(not(target_arch = "wasm32"))]
-pub use native::{Job, Made, News, Wanted, sample};
+pub use native::{Job, JobResult, News, Wanted, sample};
 #[cfg(target_arch = "wasm32")]
 pub use web::Job;
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 #[cfg(not(target_arch = "wasm32"))]
-use super::job::{Job, Made};
+use super::job::{Job, JobResult};
 use super::questions::Question;
 #[cfg(not(target_arch = "wasm32"))]
 use super::questions::name_of;
@@ -101,7 +101,7 @@ impl Workspace {
             if !is_picture {
                 put(work, &out, &files)?;
             }
-            Ok(Made::Pictures(files))
+            Ok(JobResult::Pictures(files))
         }));
     }
 

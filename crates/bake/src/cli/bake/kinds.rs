@@ -10,7 +10,7 @@ use clap::error::{ContextKind, ContextValue};
 use clap::{ArgAction, ArgMatches, Args as _, FromArgMatches};
 use serde_json::{Map, Value, json};
 use strandlight_bake::manifest::{
-    Bakery, Entry, Failure, Item, KindInfo, Made, Resolved, Setting, unknown_key,
+    BakedItem, Bakery, Entry, Failure, Item, KindInfo, Resolved, Setting, unknown_key,
 };
 use strandlight_formats::BakedFile;
 use strandlight_scene::progress::Progress;
@@ -183,7 +183,7 @@ impl Kitchen {
 }
 
 impl Bakery for Kitchen {
-    fn bake(&self, item: &Item) -> Result<Made, Failure> {
+    fn bake(&self, item: &Item) -> Result<BakedItem, Failure> {
         let outputs = item.outputs.iter();
         let outputs: Vec<(&str, PathBuf)> = outputs
             .map(|output| (output.role, item.resolve(&output.path)))
@@ -196,7 +196,7 @@ impl Bakery for Kitchen {
         let made = match item.kind.name {
             "lights" => bake_lights(&args_of(&matches)?, item, &progress),
             "groom" => bake_groom(&args_of(&matches)?),
-            _ => tables::bake(&args_of(&matches)?, &progress).map(|bytes| Made {
+            _ => tables::bake(&args_of(&matches)?, &progress).map(|bytes| BakedItem {
                 outputs: vec![bytes],
                 figures: Map::new(),
             }),
@@ -223,7 +223,7 @@ fn bake_lights(
     args: &lights::FitArgs,
     item: &Item,
     progress: &Progress,
-) -> Result<Made, cli::Failure> {
+) -> Result<BakedItem, cli::Failure> {
     let baked = lights::bake(args, &lights::Plan::of(args)?, progress)?;
     if let Some(missed) = lights::missed_budget(args, &baked) {
         return Err(missed);
@@ -241,17 +241,17 @@ fn bake_lights(
             bytes.map(<[u8]>::to_vec).unwrap_or_default()
         }
     });
-    Ok(Made {
+    Ok(BakedItem {
         outputs: outputs.collect(),
         figures: figures(about),
     })
 }
 
-fn bake_groom(args: &import::Args) -> Result<Made, cli::Failure> {
+fn bake_groom(args: &import::Args) -> Result<BakedItem, cli::Failure> {
     let groom = import::groom(args)?;
     let bytes = groom.to_bytes().map_err(cli::Failure::input)?;
     let about = json!({ "strands": groom.n_strands(), "points": groom.points.len() });
-    Ok(Made {
+    Ok(BakedItem {
         outputs: vec![bytes],
         figures: figures(about),
     })

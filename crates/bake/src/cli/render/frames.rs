@@ -6,7 +6,7 @@ use std::time::Instant;
 use serde_json::json;
 use strandlight_images::picture::exr_file_of;
 use strandlight_runtime::script::{self, Frame, Script};
-use strandlight_runtime::timings::{Made, Timings};
+use strandlight_runtime::timings::{FrameTiming, Timings};
 use strandlight_runtime::{ScriptError, Session, Viewer};
 use strandlight_scene::files::Files;
 use strandlight_scene::provenance::Recorder;
@@ -63,7 +63,7 @@ pub fn run(args: &Args) -> Outcome {
         folder,
         with_stats: args.stats,
         recorder: Recorder::new(session.files()),
-        made: Timings::default(),
+        timings: Timings::default(),
     };
     let viewer = args.on_backend(|open| {
         let mut viewer = Viewer::on(session.clone(), open)?;
@@ -72,8 +72,8 @@ pub fn run(args: &Args) -> Outcome {
     })?;
     let opened = 1e3 * start.elapsed().as_secs_f64();
     let backend = viewer.renderer().name();
-    let made = draw(viewer, &script, shard, out)?;
-    let mut document = made.document(&args.scene.display().to_string(), &backend, opened);
+    let timings = draw(viewer, &script, shard, out)?;
+    let mut document = timings.document(&args.scene.display().to_string(), &backend, opened);
     if let Some(shard) = args.shard.shard {
         document["shard"] = json!(shard.to_string());
     }
@@ -86,7 +86,7 @@ pub fn run(args: &Args) -> Outcome {
         print_line(format_args!(
             "{}: {} frames",
             path.display(),
-            made.n_frames()
+            timings.n_frames()
         ))
     }
 }
@@ -140,24 +140,24 @@ struct Out<'a> {
     folder: &'a Path,
     with_stats: bool,
     recorder: Recorder,
-    made: Timings,
+    timings: Timings,
 }
 
 impl Out<'_> {
-    /// Writes one frame; `made` knows what it cost.
+    /// Writes one frame and notes what it took.
     fn write(
         &mut self,
         viewer: &Viewer<dyn Backend>,
         picture: &Picture,
-        made: Made,
+        frame: FrameTiming,
     ) -> Result<(), Failure> {
-        let path = self.folder.join(&made.file);
+        let path = self.folder.join(&frame.file);
         let provenance = self.recorder.record_frame(
             viewer.session().scene(),
             viewer.session().own_paint(),
-            made.time,
-            made.size,
-            [made.samples, made.stats.samples],
+            frame.time,
+            frame.size,
+            [frame.samples, frame.stats.samples],
             &viewer.renderer().name(),
         );
         let provenance = provenance.map_err(Failure::input)?;
@@ -176,12 +176,12 @@ impl Out<'_> {
             path.display(),
             picture.width,
             picture.height,
-            made.stats.visibility()
+            frame.stats.visibility()
         );
         if self.with_stats {
-            note!("{}", FrameStats(&made.stats));
+            note!("{}", FrameStats(&frame.stats));
         }
-        self.made.push(made);
+        self.timings.push(frame);
         Ok(())
     }
 }
@@ -200,9 +200,9 @@ fn draw(
             return Ok(());
         }
         let file = file_of(frame).display().to_string();
-        let (picture, made) = Made::draw(viewer, frame, file)?;
-        out.write(viewer, &picture, made).map_err(Stopped)
+        let (picture, timing) = FrameTiming::draw(viewer, frame, file)?;
+        out.write(viewer, &picture, timing).map_err(Stopped)
     });
     done.map_err(|Stopped(failure)| failure)?;
-    Ok(out.made)
+    Ok(out.timings)
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use strandlight_formats::{OutputTarget, check_writable, output_target, write_file};
 use strandlight_render::gpu::Context;
 use strandlight_runtime::script::{self, Frame, Script};
-use strandlight_runtime::timings::{Made, Timings};
+use strandlight_runtime::timings::{FrameTiming, Timings};
 use strandlight_runtime::{CpuReason, Session, Viewer};
 use strandlight_scene::provenance::{Provenance, Recorder};
 use strandlight_scene::stats::FrameStats;
@@ -151,24 +151,28 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
     viewer.set_time(args.time)?;
     let opened = 1e3 * start.elapsed().as_secs_f64();
     let mut recorder = Recorder::new(viewer.session().files());
-    let mut made = Timings::default();
+    let mut timings = Timings::default();
     script.run(&mut viewer, |viewer, frame| -> Answer<()> {
         let file = file_of(frame)?;
         let path = out.join(&file);
-        let (picture, drawn) = Made::draw(viewer, frame, file.display().to_string())?;
-        let samples = [drawn.samples, drawn.stats.samples];
-        let provenance = provenance(&mut recorder, viewer, drawn.size, samples)?;
+        let (picture, timing) = FrameTiming::draw(viewer, frame, file.display().to_string())?;
+        let samples = [timing.samples, timing.stats.samples];
+        let provenance = provenance(&mut recorder, viewer, timing.size, samples)?;
         write(&path, &png(viewer, &picture, &provenance)?)?;
-        let seconds = 1e-3 * drawn.milliseconds;
-        say(line_about(&path, &picture, &drawn.stats, seconds))?;
-        made.push(drawn);
+        let seconds = 1e-3 * timing.milliseconds;
+        say(line_about(&path, &picture, &timing.stats, seconds))?;
+        timings.push(timing);
         Ok(())
     })?;
     let backend = viewer.renderer().name();
-    let document = made.document(&scene_of(args).display().to_string(), &backend, opened);
+    let document = timings.document(&scene_of(args).display().to_string(), &backend, opened);
     let text = serde_json::to_string_pretty(&document)? + "\n";
     write(&times, text.as_bytes())?;
-    say(format!("{}: {} frames", times.display(), made.n_frames()))
+    say(format!(
+        "{}: {} frames",
+        times.display(),
+        timings.n_frames()
+    ))
 }
 
 /// What the frame of `viewer` is made from.

@@ -9,7 +9,7 @@ use crate::error::SessionError;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::ui::desktop;
 #[cfg(not(target_arch = "wasm32"))]
-use crate::ui::job::{Job, Made, Wanted};
+use crate::ui::job::{Job, JobResult, Wanted};
 use crate::ui::picker::{Picker as FilePicker, Purpose};
 use crate::ui::questions::{Answer, Question, Then};
 use crate::ui::workspace::Workspace;
@@ -107,7 +107,7 @@ impl Workspace {
                 Wanted::Open => desktop::open(&whole, &openable_extensions()),
                 Wanted::SaveAs(_) => desktop::save(&whole),
             };
-            Ok(Made::Chosen {
+            Ok(JobResult::Chosen {
                 is_missing: path.is_none() && start.elapsed() < desktop::GLANCE,
                 wanted,
                 path,

@@ -10,7 +10,7 @@ use strandlight_scene::interactive::PictureProgress;
 use crate::error::SessionError;
 use crate::session::Session;
 use crate::ui::document::Document;
-use crate::ui::job::{Job, Made, News, Wanted};
+use crate::ui::job::{Job, JobResult, News, Wanted};
 use crate::ui::layout::UiState;
 use crate::ui::photo::{Photo, is_photo};
 use crate::ui::questions::{Then, name_of};
@@ -45,7 +45,7 @@ impl Workspace {
             }
             Ok(Openable::Hair) => self.begin(Job::start(format!("Reading {name}"), move |_| {
                 let imported = import_hair(&from)?;
-                Ok(Made::Groom {
+                Ok(JobResult::Groom {
                     bytes: imported.groom.to_bytes()?,
                     notes: imported.notes,
                     from,
@@ -55,7 +55,7 @@ impl Workspace {
                 let title = format!("Fitting lights to {name}");
                 self.begin(Job::start(title, move |work| {
                     let fitted = fit_map(&from, work)?;
-                    Ok(Made::Lights { from, fitted })
+                    Ok(JobResult::Lights { from, fitted })
                 }));
             }
             Err(error) => self.fail(&error.to_string()),
@@ -88,8 +88,8 @@ impl Workspace {
             News::None => {}
             News::Failed(reason) => self.fail(&reason),
             News::Stopped => self.say("Cancelled"),
-            News::Made(Made::Scene { from, session }) => self.show_session(from, *session),
-            News::Made(Made::Groom { from, bytes, notes }) => {
+            News::Done(JobResult::Scene { from, session }) => self.show_session(from, *session),
+            News::Done(JobResult::Groom { from, bytes, notes }) => {
                 let path = std::path::absolute(&from).unwrap_or_else(|_| from.clone());
                 let path = beside(&path, "groom", &files);
                 files.hold(&path, bytes);
@@ -97,7 +97,7 @@ impl Workspace {
                     self.say(&format!("{}: {}", name_of(&from), notes.join("; ")));
                 }
             }
-            News::Made(Made::Lights { from, fitted }) => {
+            News::Done(JobResult::Lights { from, fitted }) => {
                 let path = std::path::absolute(&from).unwrap_or_else(|_| from.clone());
                 let [path, panorama] = beside_map(&path, &files);
                 files.hold(&path, fitted.lights);
@@ -106,7 +106,7 @@ impl Workspace {
                     self.say(&format!("{}: {}", name_of(&from), fitted.figures));
                 }
             }
-            News::Made(Made::Chosen {
+            News::Done(JobResult::Chosen {
                 wanted,
                 path,
                 is_missing,
@@ -119,7 +119,7 @@ impl Workspace {
                 (Wanted::SaveAs(then), None) if is_missing => self.list_places(then),
                 _ => {}
             },
-            News::Made(Made::Pictures(paths)) => {
+            News::Done(JobResult::Pictures(paths)) => {
                 let (first, n) = (paths.first().map(|path| path.display()), paths.len());
                 let first = first.map(|path| path.to_string()).unwrap_or_default();
                 self.say(&match n {

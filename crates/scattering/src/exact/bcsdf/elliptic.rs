@@ -329,6 +329,7 @@ mod tests {
     use super::*;
     use crate::exact::azimuthal;
     use crate::hair::Lobe;
+    use crate::random::R2;
     use std::time::Instant;
 
     /// Worst and root mean square error in units of the peak over phi, over `n` places.
@@ -336,17 +337,17 @@ mod tests {
         let start = Instant::now();
         let table = EllipticTrt::new(hair, Fresnel::Dielectric);
         let seconds = start.elapsed().as_secs_f64();
-        let halton = |i: u32, step: f64| f64::from(i) * step % 1.0;
+        let step = |i: u32, step: f64| f64::from(i) * step % 1.0;
         // The light takes the part of the blur: quadrature of another way through.
         let kappa = crate::circular_gaussian::sharpness(hair.caustic_width);
         let scale = crate::circular_gaussian::circular_gaussian_integral(kappa);
         let (mut worst, mut squares) = ([0.0f64; 3], 0.0);
         for i in 1..=n {
-            let u = halton(i, 0.754_877_666_246_692_8);
+            let u = step(i, R2[0]);
             let theta_d = if i % 3 == 0 { 0.9 * u } else { FRAC_PI_2 * u };
-            let v = halton(i, 0.569_840_290_998_053_2);
+            let v = step(i, R2[1]);
             let phi = if i % 2 == 0 { 1.5 * v } else { PI * v };
-            let phi_o = PI * halton(i, 0.437_016_024_9);
+            let phi_o = PI * step(i, 0.437_016_024_9);
             let plain = HairParams {
                 eta: eta_star(hair.eta, hair.eccentricity, phi_o - 0.5 * phi),
                 eccentricity: 1.0,

@@ -111,6 +111,7 @@ impl LayeredTrt {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::R2;
     use std::f64::consts::{FRAC_PI_2, PI};
 
     #[test]
@@ -135,8 +136,8 @@ mod tests {
                     std::array::from_fn(|c| peak[c].max(f64::from(texel[c])))
                 });
                 for i in 1..=400 {
-                    let theta_d = FRAC_PI_2 * (f64::from(i) * 0.754_877_666_246_692_8 % 1.0);
-                    let phi = PI * (f64::from(i) * 0.569_840_290_998_053_2 % 1.0);
+                    let theta_d = FRAC_PI_2 * (f64::from(i) * R2[0] % 1.0);
+                    let phi = PI * (f64::from(i) * R2[1] % 1.0);
                     let found = layered.at(theta_d, phi, &places);
                     let right = one.at(theta_d, phi);
                     for c in 0..4 {

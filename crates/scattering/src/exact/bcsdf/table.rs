@@ -277,6 +277,7 @@ impl Energies {
 mod tests {
     use super::*;
     use crate::exact::azimuthal;
+    use crate::random::R2;
 
     /// Worst error of the table in units of its peak, over `n` places of Halton's sequence.
     fn worst_error(hair: &HairParams, n: u32) -> (f64, BlurredTrt) {
@@ -287,8 +288,8 @@ mod tests {
         let scale = circular_gaussian_integral(sharpness(hair.caustic_width));
         let mut worst = 0.0f64;
         for i in 1..=n {
-            let u = f64::from(i) * 0.754_877_666_246_692_8 % 1.0;
-            let v = f64::from(i) * 0.569_840_290_998_053_2 % 1.0;
+            let u = f64::from(i) * R2[0] % 1.0;
+            let v = f64::from(i) * R2[1] % 1.0;
             // A third of the places near the caustics of a usual fibre.
             let theta_d = if i % 3 == 0 { 0.9 * u } else { FRAC_PI_2 * u };
             let phi = if i % 3 == 0 { 0.5 * v } else { PI * v };
