@@ -255,6 +255,31 @@ fn latencies(view: &View, name: &str, from: [i32; 2], step: [i32; 2], n: i32) {
     );
 }
 
+/// Hair in the wind moves while it plays, and rests when it stops.
+#[test]
+fn wind_plays_and_stops() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let text = SmallScene::text("") + "\n[motion.wind]\nspeed = 6.0\n";
+    std::fs::write(&scene.path, text).expect("it can be written");
+    let mut view = View::open(&desktop, &scene.path, &CPU);
+    view.settle();
+    let start = view.without_mouse();
+    view.key("space");
+    let mut before = start.clone();
+    for _ in 0..3 {
+        std::thread::sleep(Duration::from_secs(1));
+        let now = view.picture();
+        assert!(now.difference(&before) > SAME, "the hair stands still");
+        before = now;
+    }
+    view.key("space");
+    view.assert_at_rest("after the wind");
+    let stopped = view.without_mouse();
+    assert!(stopped.difference(&start) > SAME);
+    view.without_mouse().assert_same(&stopped);
+    view.close();
+}
+
 /// `cargo test --release -p strandlight-tests --test window latency -- --ignored --nocapture`
 #[test]
 #[ignore = "a measurement: from input to pixels, of the sample, on the CPU"]

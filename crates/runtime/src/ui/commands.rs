@@ -285,14 +285,23 @@ impl Workspace {
                 // The last frame stays, and its picture is finished.
                 (motion.seconds, motion.is_playing) = (end, false);
             }
-            self.window.request_redraw();
+            // While a thread works, a frame follows whenever there is something to see.
+            if !self.works_between_frames() || self.progress.is_done || self.is_stuck {
+                self.window.request_redraw();
+            }
         }
-        if motion.seconds != self.viewer.time() {
-            let seconds = motion.seconds;
+        // Without a device hair moves on once it was seen where it is: to bend it for nobody takes time from its picture.
+        let version = self.viewer.display().version();
+        let is_seen = !self.works_between_frames()
+            || self.progress.is_done
+            || self.is_stuck
+            || version != self.moved_at;
+        let seconds = self.state.motion.seconds;
+        if seconds != self.viewer.time() && is_seen {
             if let Err(error) = self.viewer.set_time(seconds) {
                 self.fail(&error.to_string());
             }
-            self.is_stale = true;
+            (self.is_stale, self.moved_at) = (true, version);
         }
     }
 

@@ -124,6 +124,8 @@ pub struct Workspace {
     is_between_frames: bool,
     /// It has changed something that no frame has shown.
     is_to_be_painted: bool,
+    /// The picture that was shown when the hair was last moved.
+    pub(super) moved_at: u64,
 }
 
 impl Workspace {
@@ -201,6 +203,7 @@ impl Workspace {
             n_rough: 0,
             is_between_frames: false,
             is_to_be_painted: false,
+            moved_at: u64::MAX,
         }
     }
 
@@ -400,7 +403,7 @@ impl Workspace {
 
     /// Is the picture worked on without a frame, in a thread? A device has to show what it drew, and a page draws only in
     /// frames.
-    fn works_between_frames(&self) -> bool {
+    pub(super) fn works_between_frames(&self) -> bool {
         cfg!(not(target_arch = "wasm32")) && self.viewer.renderer().device().is_none()
     }
 
