@@ -97,7 +97,7 @@ enum Request {
 /// How far a picture is that was asked for.
 enum Rendering {
     ShareDone(f64),
-    Done(Result<(Picture, Stats), RenderError>),
+    Done(Box<Result<(Picture, Stats), RenderError>>),
 }
 
 impl Shared {
@@ -333,7 +333,7 @@ fn do_request(renderer: &mut InteractiveRenderer, request: Request) {
                 sender.send(Rendering::ShareDone(share)).ok();
             };
             let rendered = renderer.render(size, samples, &observer);
-            sender.send(Rendering::Done(rendered)).ok();
+            sender.send(Rendering::Done(Box::new(rendered))).ok();
         }
     }
 }
@@ -461,7 +461,7 @@ impl Backend for BackgroundRenderer {
         for rendering in receiver {
             match rendering {
                 Rendering::ShareDone(share) => observer(share),
-                Rendering::Done(rendered) => return rendered,
+                Rendering::Done(rendered) => return *rendered,
             }
         }
         self.ended()

@@ -262,7 +262,7 @@ fn light_from_proxies_stays_while_lights_are_dragged() {
         live.set_light_colors(&colors(0.999)).expect("as many");
         loop {
             let progress = live.advance(Duration::ZERO).expect("a step");
-            let off = distance(&live.display().pixels, &whole);
+            let off = distance(live.display().pixels, &whole);
             assert!(off < 0.005, "{off} after {n_steps} steps");
             if progress.is_done {
                 break;
