@@ -180,7 +180,7 @@ fn draw(
     draw_over(backend, whole, background, frame)
 }
 
-/// Draws the picture of the light that was drawn last.
+/// Draws the last picture again over another background; its light is kept.
 fn draw_over(
     backend: &mut dyn Backend,
     whole: &PreparedScene,

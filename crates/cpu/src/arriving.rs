@@ -40,10 +40,11 @@ const MAX_BYTES: usize = 112 << 20;
 pub(super) struct Arriving {
     /// The lights of the group, indices in the scene's list: a column each.
     pub lights: Vec<u32>,
-    /// Columns that are found, and points at which the next eight are.
+    /// Columns that are found.
     n_filled: usize,
+    /// Points at which the next eight columns are found.
     n_points: usize,
-    /// `[column][voxel]` of these eight, unpacked.
+    /// `[column][voxel]` of these eight columns, unpacked.
     records: Vec<[f32; 4]>,
     /// Places where they are not yet; all where there are none given.
     missing: Option<Vec<u32>>,

@@ -110,13 +110,13 @@ pub(super) struct Casting {
 /// A part of the work on a map.
 #[derive(Clone, Copy, Debug)]
 enum Part {
-    /// Finding where points lie on it.
+    /// Projects the points of the strands.
     Project,
-    /// Finding what is looked up, and clearing it.
+    /// Finds the lowest lookup of each block, and clears the map.
     Prepare,
-    /// Drawing, from this strip on.
+    /// Draws strips; the next one.
     Cast(usize),
-    /// Looking it up, from this one of the points that are looked up on.
+    /// Looks up the visible points; the next one.
     Receive(usize),
 }
 

@@ -411,7 +411,8 @@ fn shadow_maps_serve_other_views_after_the_first_picture() {
     }
 }
 
-/// Edits that come while something is half done, whatever it is: a light goes off and on, the hair changes and back.
+/// Edits that come after any 17th step: a light goes off and on, the hair changes and back. The last picture is right;
+/// those before are looked at in `cpu_first_pictures`.
 #[test]
 fn slow_edits_between_steps_end_as_fresh_scenes() {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -77,7 +77,7 @@ impl Strips {
         Vec3::new(x[at], y[at], z[at])
     }
 
-    /// Of these points of `strands`, indices that grow.
+    /// Strips in `order`, looked up at the points `visible` of `strands`, in ascending order.
     pub fn new(order: &Arc<StripOrder>, strands: &Strands, visible: &[u32]) -> Strips {
         let mut seen = Vec::with_capacity(visible.len());
         for &Strip {

@@ -180,8 +180,8 @@ impl Filling {
         }
     }
 
-    /// Fills the rows of the next widths, at most so many, of the fibre that it was begun for; answers whether that
-    /// were all.
+    /// Fills the rows of at most `most` further widths, for the fibre that [`Filling::new`] was given; answers whether
+    /// all are filled.
     pub fn fill(
         &mut self,
         fibre: &Fibre,
