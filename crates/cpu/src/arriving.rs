@@ -207,25 +207,14 @@ impl Arriving {
         if self.n_points == 0 {
             self.records = unpacked(&lights, packed, n_voxels);
         }
-        let records = &self.records;
         let lift = SELF_LIFT * grid.h;
         let lifts: Vec<Vec3> = lights
             .iter()
             .map(|&light| Vec3::from(all[light].direction) * lift)
             .collect();
         let points = &scene.strands.points;
-        let at_point = |point: u32| {
-            let position = Vec3::from_slice(&points[point as usize]);
-            let mut found = [[0.0; LANES]; 4];
-            for (lane, lift) in lifts.iter().enumerate() {
-                let g = grid_position(grid, position + *lift);
-                let record = record_at(grid, &records[lane * n_voxels..], g);
-                for (found, number) in found.iter_mut().zip(record) {
-                    found[lane] = number;
-                }
-            }
-            found
-        };
+        let lights = (&lifts[..], &self.records[..]);
+        let position = |point: u32| Vec3::from_slice(&points[point as usize]);
         let level = Level::new();
         let n_lanes = lifts.len();
         let n_row = self.row();
@@ -244,7 +233,7 @@ impl Arriving {
                 .for_each(|(numbers, points)| {
                     dispatch!(level, simd => {
                         for (numbers, &point) in numbers.chunks_exact_mut(per_point).zip(points) {
-                            write(numbers, pack_row(simd, &at_point(point)));
+                            write(numbers, pack_row(simd, &records_at(grid, lights, position(point))));
                         }
                     });
                 }),
@@ -257,7 +246,7 @@ impl Arriving {
                         dispatch!(level, simd => {
                             for &place in places {
                                 let point = visible[place as usize];
-                                rows.push(pack_row(simd, &at_point(point)));
+                                rows.push(pack_row(simd, &records_at(grid, lights, position(point))));
                             }
                         });
                         rows
@@ -380,6 +369,24 @@ fn pack_row<S: Simd>(simd: S, [a, b, c, sine]: &[[f32; LANES]; 4]) -> [[u16; LAN
         }
     }
     numbers
+}
+
+/// Numbers of up to eight lights at a position: how far it is lifted toward each, and their unpacked records.
+#[inline(always)]
+fn records_at(
+    grid: &Grid,
+    (lifts, records): (&[Vec3], &[[f32; 4]]),
+    position: Vec3,
+) -> [[f32; LANES]; 4] {
+    let mut found = [[0.0; LANES]; 4];
+    let of_lights = records.chunks_exact(grid.n_voxels());
+    for (lane, (lift, records)) in lifts.iter().zip(of_lights).enumerate() {
+        let record = record_at(grid, records, grid_position(grid, position + *lift));
+        for (found, number) in found.iter_mut().zip(record) {
+            found[lane] = number;
+        }
+    }
+    found
 }
 
 /// [`super::shade::record_at`] of unpacked records.

@@ -1,6 +1,6 @@
 //! Records of each light at every voxel. Twin of `shaders/pass/transmittance.wgsl`.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use strandlight_scattering::closed_form::{PackedRecord, ShadowRecord};
 use strandlight_scattering::wide::prelude::*;
@@ -341,8 +341,9 @@ pub(super) fn mix(a: f32, b: f32, t: f32) -> f32 {
 }
 
 /// [`mix`] of vectors.
+#[inline(always)]
 pub(super) fn mix_all(a: [f32; 4], b: [f32; 4], t: f32) -> [f32; 4] {
-    [0, 1, 2, 3].map(|ix| mix(a[ix], b[ix], t))
+    (Vec4::from(a) * (1.0 - t) + Vec4::from(b) * t).into()
 }
 
 #[cfg(test)]
