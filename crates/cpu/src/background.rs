@@ -44,7 +44,7 @@ pub struct BackgroundRenderer {
     /// Requests that `progress` knows of.
     n_taken: u64,
     report: RenderReport,
-    /// Did the thread end with an error? Whoever goes on asks it again.
+    /// Did the thread stop at an error? Whoever goes on asks it again.
     is_failed: bool,
 }
 
@@ -110,9 +110,10 @@ impl BackgroundRenderer {
     /// A renderer of `scene`, whose thread begins with the first picture, of the scene's size.
     pub fn new(scene: PreparedScene) -> BackgroundRenderer {
         let shared = Arc::new(Shared::default());
-        let (size, report) = (scene.size, RenderReport::default());
-        let edited = EditedScene::new(scene.clone());
+        let (size, edited) = (scene.size, EditedScene::new(scene.clone()));
         let renderer = InteractiveRenderer::new(scene);
+        let report = renderer.report().clone();
+        shared.lock().report.clone_from(&report);
         let thread = {
             let shared = Arc::clone(&shared);
             std::thread::spawn(move || {
@@ -141,7 +142,9 @@ impl BackgroundRenderer {
     /// # Errors
     /// A picture that is too large.
     pub fn advance(&mut self, budget: Duration) -> Result<PictureProgress, RenderError> {
-        if mem::take(&mut self.is_failed) {
+        // It fails again at once, if it does.
+        let is_again = mem::take(&mut self.is_failed);
+        if is_again {
             self.ask(Request::Again);
         }
         if self.size.contains(&0) {
@@ -151,7 +154,10 @@ impl BackgroundRenderer {
         let mut state = self.shared.lock();
         loop {
             let is_resting = state.progress.is_done && state.n_taken == self.n_requests;
-            let left = deadline.saturating_duration_since(Instant::now());
+            let left = match is_again {
+                true => Duration::from_secs(1),
+                false => deadline.saturating_duration_since(Instant::now()),
+            };
             if state.is_new || state.is_ended || is_resting || left.is_zero() {
                 break;
             }
