@@ -25,7 +25,8 @@ use super::edited_scene::EditedScene;
 use super::frame::Edit;
 use super::interactive::{DisplayPixels, InteractiveRenderer};
 
-/// Work before the thread looks for edits again, where no step takes longer.
+/// Work before the thread looks for edits again. Steps take some 30 ms at most, and so does the work on a view that is shown as
+/// seen from another.
 const BUDGET: Duration = Duration::from_millis(4);
 
 /// An [`InteractiveRenderer`] that works in a thread of its own. Setters return at once,
@@ -61,6 +62,8 @@ struct Shared {
 #[derive(Default)]
 struct State {
     requests: Vec<Request>,
+    /// Somebody asked to advance since the scene was set: until then its size is not the one that will be shown.
+    is_watched: bool,
     /// Nobody is there any more.
     is_closed: bool,
     /// The thread ended.
@@ -107,7 +110,7 @@ impl Shared {
 }
 
 impl BackgroundRenderer {
-    /// A renderer of `scene`, whose thread begins with the first picture, of the scene's size.
+    /// A renderer of `scene`; its first picture, of the scene's size, is begun by [`BackgroundRenderer::advance`].
     pub fn new(scene: PreparedScene) -> BackgroundRenderer {
         let shared = Arc::new(Shared::default());
         let (size, edited) = (scene.size, EditedScene::new(scene.clone()));
@@ -137,7 +140,7 @@ impl BackgroundRenderer {
         }
     }
 
-    /// Waits for something new, for about `budget`; [`InteractiveRenderer::advance`] for the rest.
+    /// Waits for something new, for about `budget`, and takes it up. Without a wait nothing is new unless the thread was ready.
     ///
     /// # Errors
     /// A picture that is too large.
@@ -150,14 +153,15 @@ impl BackgroundRenderer {
         if self.size.contains(&0) {
             return Ok(self.progress());
         }
-        let deadline = Instant::now() + budget;
+        let least = Duration::from_secs(u64::from(is_again));
+        let deadline = Instant::now() + budget.max(least);
         let mut state = self.shared.lock();
+        if !mem::replace(&mut state.is_watched, true) {
+            self.shared.is_asked.notify_one();
+        }
         loop {
             let is_resting = state.progress.is_done && state.n_taken == self.n_requests;
-            let left = match is_again {
-                true => Duration::from_secs(1),
-                false => deadline.saturating_duration_since(Instant::now()),
-            };
+            let left = deadline.saturating_duration_since(Instant::now());
             if state.is_new || state.is_ended || is_resting || left.is_zero() {
                 break;
             }
@@ -225,7 +229,13 @@ impl BackgroundRenderer {
 
     fn ask(&mut self, request: Request) {
         self.n_requests += 1;
-        self.shared.lock().requests.push(request);
+        let mut state = self.shared.lock();
+        state.is_watched &= !matches!(request, Request::Scene(_));
+        // Nobody would answer it.
+        if !state.is_ended {
+            state.requests.push(request);
+        }
+        drop(state);
         self.shared.is_asked.notify_one();
     }
 
@@ -266,7 +276,11 @@ struct Ended<'a>(&'a Shared);
 
 impl Drop for Ended<'_> {
     fn drop(&mut self) {
-        self.0.lock().is_ended = true;
+        let mut state = self.0.lock();
+        state.is_ended = true;
+        // Whoever waits for an answer learns that there will be none.
+        state.requests.clear();
+        drop(state);
         self.0.has_news.notify_one();
     }
 }
@@ -276,14 +290,14 @@ fn work(mut renderer: InteractiveRenderer, shared: &Shared) {
     let mut version = 0;
     let mut is_failed = false;
     loop {
-        let requests = {
+        let (requests, is_watched) = {
             let mut state = shared.lock();
             loop {
                 if state.is_closed {
                     return;
                 }
-                // No picture is made before the last one was seen, so that none is left out and nothing jumps.
-                let is_seen = state.display.is_none();
+                // Without edits no picture is made before the last one was seen, so that none is left out and nothing jumps.
+                let is_seen = state.display.is_none() && state.is_watched;
                 let is_working = is_seen && !is_failed && !renderer.progress().is_done;
                 if is_working || !state.requests.is_empty() {
                     break;
@@ -291,13 +305,16 @@ fn work(mut renderer: InteractiveRenderer, shared: &Shared) {
                 let waited = shared.is_asked.wait(state);
                 state = waited.unwrap_or_else(PoisonError::into_inner);
             }
-            mem::take(&mut state.requests)
+            (mem::take(&mut state.requests), state.is_watched)
         };
         let n_requests = requests.len() as u64;
         for request in requests {
             do_request(&mut renderer, request);
         }
-        let advanced = renderer.advance(BUDGET);
+        let advanced = match is_watched {
+            true => renderer.advance(BUDGET),
+            false => Ok(renderer.progress()),
+        };
         is_failed = advanced.is_err();
         let mut state = shared.lock();
         state.n_taken += n_requests;
@@ -315,9 +332,7 @@ fn work(mut renderer: InteractiveRenderer, shared: &Shared) {
         let progress = renderer.progress();
         state.is_new |= is_failed || n_requests > 0 || state.progress != progress;
         state.progress = progress;
-        if let Err(error) = advanced {
-            state.error = Some(error);
-        }
+        state.error = advanced.err();
         if state.is_new {
             shared.has_news.notify_one();
         }

@@ -17,7 +17,7 @@ use strandlight_scene::{Backend, PreparedScene, RenderError};
 
 /// A renderer that works bit by bit and shows what it has.
 pub trait InteractiveBackend: Backend {
-    /// Works on the picture for about `budget`, one step at least.
+    /// Works on the picture for about `budget`, one step at least; or waits as long for a thread that does.
     ///
     /// # Errors
     /// [`RenderError::DeviceLost`], or whatever else the device refuses.

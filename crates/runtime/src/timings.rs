@@ -1,5 +1,5 @@
 //! What frames of a script cost, as JSON. Times differ from run to run: they have a file of their
-//! own, so that all others are the same whenever they are frame.
+//! own, so that all others are the same whenever they are made.
 
 use serde_json::{Value, json};
 

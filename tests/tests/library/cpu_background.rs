@@ -159,3 +159,39 @@ fn hidden_windows_rest() {
     finish(&mut live);
     assert_eq!(live.display().size, [24, 16]);
 }
+
+/// Nothing is drawn of a scene before somebody looks: its size may not be the window's.
+#[test]
+fn large_scenes_are_drawn_in_the_size_of_the_window() {
+    let mut large = scene();
+    // By samples it would take minutes.
+    (large.size, large.samples) = ([8000, 6000], 64);
+    let mut live = BackgroundRenderer::new(large.clone());
+    live.set_size([24, 16]).expect("a size");
+    finish(&mut live);
+    assert_eq!(live.display().size, [24, 16]);
+    live.set_scene(large).expect("a scene");
+    assert!(!live.progress().is_shown && !live.progress().is_done);
+    live.set_size([40, 30]).expect("a size");
+    finish(&mut live);
+    assert_eq!(live.display().size, [40, 30]);
+}
+
+/// Pictures can be asked for, and the renderer be gone, while it works.
+#[test]
+fn pictures_are_rendered_while_others_are_under_way() {
+    let scene = scene();
+    let size = [24, 16];
+    let mut fresh = CpuRenderer::new(scene.clone());
+    let (expected, _) = fresh.render(size, 4, &|_| ()).expect("a picture");
+    for n_looks in 0..6 {
+        let mut live = BackgroundRenderer::new(scene.clone());
+        for _ in 0..n_looks {
+            live.advance(LONG).expect("a picture");
+        }
+        let (rendered, _) = live.render(size, 4, &|_| ()).expect("a picture");
+        assert!(rendered == expected, "after {n_looks} looks");
+        live.set_densities([0.5, 0.5]);
+        live.advance(Duration::ZERO).expect("a picture");
+    }
+}

@@ -28,11 +28,11 @@ fn difference(a: &[[u8; 4]], b: &[[u8; 4]]) -> f64 {
 }
 
 /// Every picture that is shown until the last.
-fn pictures(live: &mut dyn InteractiveBackend) -> Vec<Vec<[u8; 4]>> {
+fn pictures(live: &mut dyn InteractiveBackend, budget: Duration) -> Vec<Vec<[u8; 4]>> {
     let mut found: Vec<Vec<[u8; 4]>> = Vec::new();
     let mut version = live.display().version();
     loop {
-        let progress = live.advance(Duration::ZERO).expect("a picture");
+        let progress = live.advance(budget).expect("a picture");
         if live.display().version() != version {
             version = live.display().version();
             let Display::Pixels(shown) = live.display() else {
@@ -67,13 +67,15 @@ fn check(pictures: &[Vec<[u8; 4]>], least: f64) {
 /// The first pictures of a scene, of lights that were turned, and of another view.
 fn check_scene(scene: &Scene) {
     let prepared = PreparedScene::load(scene).expect("a scene");
-    check_edits(&prepared, &mut InteractiveRenderer::new(prepared.clone()));
-    check_edits(&prepared, &mut BackgroundRenderer::new(prepared.clone()));
+    let mut live = InteractiveRenderer::new(prepared.clone());
+    check_edits(&prepared, &mut live, Duration::ZERO);
+    let mut live = BackgroundRenderer::new(prepared.clone());
+    check_edits(&prepared, &mut live, Duration::from_secs(1));
 }
 
-fn check_edits(scene: &PreparedScene, live: &mut dyn InteractiveBackend) {
+fn check_edits(scene: &PreparedScene, live: &mut dyn InteractiveBackend, budget: Duration) {
     let (lights, camera) = (scene.lights.clone(), scene.camera);
-    check(&pictures(live), MAX_STEP);
+    check(&pictures(live, budget), MAX_STEP);
     let turned = |light: &SrbfLight| SrbfLight {
         direction: [
             0.8 * light.direction[0] + 0.6 * light.direction[2],
@@ -84,11 +86,11 @@ fn check_edits(scene: &PreparedScene, live: &mut dyn InteractiveBackend) {
     };
     live.set_lights(lights.iter().map(turned).collect())
         .expect("lights");
-    check(&pictures(live), MAX_STEP);
+    check(&pictures(live, budget), MAX_STEP);
     let mut moved = camera;
     moved.eye.x += 0.1 * moved.eye.distance(moved.target);
     live.set_camera(moved);
-    check(&pictures(live), 0.0);
+    check(&pictures(live, budget), 0.0);
 }
 
 #[test]

@@ -217,7 +217,10 @@ impl Workspace {
         if let Err(error) = painted {
             self.fail(&error.to_string());
         }
-        self.is_awaited |= viewport.brush.is_some();
+        if viewport.brush.is_some() {
+            let version = self.viewer.display().version();
+            self.awaited.get_or_insert(version);
+        }
         if let Some(hit) = viewport.hover.and_then(|place| self.viewer.pick(place)) {
             let camera = self.viewer.prepared().camera;
             let radius = Picker::radius_px(&camera, viewport.size, hit, brush.radius_cm);
@@ -358,7 +361,7 @@ impl Workspace {
 
     /// Notes something after which the picture is another.
     pub(super) fn changed(&mut self, event: &str, more: Value) {
-        (self.is_stale, self.is_awaited) = (true, true);
+        (self.is_stale, self.awaited) = (true, Some(self.viewer.display().version()));
         self.log.write(event, more);
     }
 

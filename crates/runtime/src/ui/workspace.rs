@@ -33,7 +33,7 @@ use strandlight_render::gpu::GpuError;
 use strandlight_scene::RenderError;
 use strandlight_scene::interactive::PictureProgress;
 
-/// Work on the picture in a frame while the user drags something, and otherwise.
+/// Work of a device, or a page, on the picture in a frame while the user drags something, and otherwise.
 const BUDGETS: [Duration; 2] = [Duration::from_millis(14), Duration::from_millis(40)];
 
 /// The same until there is a picture of the view: there is nothing else to see, and frames in between would delay it.
@@ -105,8 +105,8 @@ pub struct Workspace {
     pub(super) is_first: bool,
     /// The finished picture of what is shown now was not logged yet.
     pub(super) is_stale: bool,
-    /// A change of which nothing is on screen yet.
-    pub(super) is_awaited: bool,
+    /// Of a change of which nothing is on screen yet: the picture that was.
+    pub(super) awaited: Option<u64>,
     /// What the page was last told of the picture.
     #[cfg(target_arch = "wasm32")]
     pub(super) told: PictureProgress,
@@ -192,7 +192,7 @@ impl Workspace {
             is_empty: true,
             is_first: true,
             is_stale: true,
-            is_awaited: false,
+            awaited: None,
             #[cfg(target_arch = "wasm32")]
             told: PictureProgress::default(),
             is_stuck: false,
@@ -407,7 +407,7 @@ impl Workspace {
         cfg!(not(target_arch = "wasm32")) && self.viewer.renderer().device().is_none()
     }
 
-    /// Waits a little between two frames for what is new of the picture, and has the next one made when there is something
+    /// Waits a little between two frames for what is new of the picture, and asks for the next one when there is something
     /// to see.
     fn wait_between_frames(&mut self) {
         let shown = (self.progress, self.viewer.display().version());
@@ -525,7 +525,11 @@ impl Workspace {
     }
 
     fn note_picture(&mut self) {
-        if self.progress.is_shown && std::mem::take(&mut self.is_awaited) {
+        // In memory it is another picture, or there is none to come.
+        let version = self.viewer.display().version();
+        let is_other = |before: u64| version != before || version == 0 || self.progress.is_done;
+        if self.progress.is_shown && self.awaited.is_some_and(is_other) {
+            self.awaited = None;
             self.log.write("shown", json!({}));
         }
         let device = || match self.viewer.renderer().device() {
