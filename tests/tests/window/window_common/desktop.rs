@@ -1,9 +1,10 @@
 //! What windows are opened on and with.
 
 use std::io::{BufRead, BufReader};
+use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use strandlight_tests::{assert_done, project_root, strandlight};
 
@@ -15,8 +16,12 @@ pub struct Desktop {
     folder: tempfile::TempDir,
 }
 
+/// Servers start and end one after the other: of two at once one may take away the socket of the other.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
 impl Desktop {
     pub fn start() -> Desktop {
+        let _turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1600x1000x24"])
             .args(["-nolisten", "tcp"])
@@ -29,10 +34,12 @@ impl Desktop {
         BufReader::new(stdout)
             .read_line(&mut number)
             .expect("Xvfb names its display");
-        assert!(!number.trim().is_empty(), "Xvfb did not start");
+        let number = number.trim();
+        assert!(!number.is_empty(), "Xvfb did not start");
+        UnixStream::connect(format!("/tmp/.X11-unix/X{number}")).expect("Xvfb listens");
         Desktop {
             server,
-            display: format!(":{}", number.trim()),
+            display: format!(":{number}"),
             folder: tempfile::tempdir().expect("a folder"),
         }
     }
@@ -65,6 +72,7 @@ impl Desktop {
 
 impl Drop for Desktop {
     fn drop(&mut self) {
+        let _turn = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         let _ = self.server.kill();
         let _ = self.server.wait();
     }
