@@ -257,6 +257,11 @@ impl Frame {
         self.shaded.is_some()
     }
 
+    /// Has it the light of most points, and the others interpolated?
+    pub fn has_most_points(&self) -> bool {
+        self.quality() == Some(Quality::Most)
+    }
+
     /// Has it all light?
     pub fn has_all_light(&self) -> bool {
         self.quality()

@@ -92,9 +92,9 @@ impl CpuRenderer {
     /// seen from there.
     fn take(&mut self, edits: impl IntoIterator<Item = Edit>) {
         for edit in edits {
-            let is_to_come = !self.frame.has_picture() || (self.is_held && edit != Edit::View);
+            let is_to_come = self.is_held && edit != Edit::View;
             self.waiting.push(edit);
-            if self.drawn.is_none() || !is_to_come {
+            if self.drawn.is_none() || !is_to_come && !self.has_to_wait() {
                 self.take_edits();
             }
         }
@@ -120,6 +120,13 @@ impl CpuRenderer {
     /// Does any edit wait for the picture before it?
     pub(super) fn has_waiting(&self) -> bool {
         !self.waiting.is_empty()
+    }
+
+    /// Must edits that wait go on waiting? Paint also waits for all points: then it shades those alone that it touches, as
+    /// long as the stroke goes on.
+    fn has_to_wait(&self) -> bool {
+        let is_paint = self.waiting.contains(&Edit::Paint);
+        !self.frame.has_picture() || is_paint && self.frame.has_most_points()
     }
 
     /// Takes up the edits that waited.
@@ -174,7 +181,7 @@ impl CpuRenderer {
     /// Works on the picture of this size until `deadline`, a step at least, or until there is another to
     /// show: see [`Frame::advance`].
     pub(super) fn advance(&mut self, size: [u32; 2], deadline: Deadline) -> Advance {
-        if self.frame.has_picture() {
+        if !self.has_to_wait() {
             self.take_edits();
         }
         let scene = self.drawn.get_or_insert_with(|| self.edited.scene.clone());
