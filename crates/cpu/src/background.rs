@@ -21,7 +21,7 @@ use strandlight_scene::{
     Backend, Camera, DisplayTransform, Picture, PreparedScene, RenderError, Stats,
 };
 
-use super::edited_scene::EditedScene;
+use super::edited_scene::{EditedScene, edit_setters};
 use super::frame::Edit;
 use super::interactive::{DisplayPixels, InteractiveRenderer};
 
@@ -239,7 +239,8 @@ impl BackgroundRenderer {
         self.shared.is_asked.notify_one();
     }
 
-    fn send(&mut self, edits: impl IntoIterator<Item = Edit>) {
+    /// The scene was edited, and the thread is told.
+    fn take(&mut self, edits: impl IntoIterator<Item = Edit>) {
         let edits: Vec<Edit> = edits.into_iter().collect();
         if edits.is_empty() {
             return;
@@ -376,67 +377,7 @@ impl Backend for BackgroundRenderer {
         Ok(())
     }
 
-    fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<(), RenderError> {
-        let edit = self.edited.set_hair(hair, modes)?;
-        self.send(edit);
-        Ok(())
-    }
-
-    fn set_scattering(&mut self, scattering: Scattering) {
-        let edit = self.edited.set_scattering(scattering);
-        self.send(edit);
-    }
-
-    fn set_densities(&mut self, densities: [f32; 2]) {
-        let edit = self.edited.set_densities(densities);
-        self.send([edit]);
-    }
-
-    fn set_lights(&mut self, lights: Vec<SrbfLight>) -> Result<(), RenderError> {
-        let edit = self.edited.set_lights(lights)?;
-        self.send([edit]);
-        Ok(())
-    }
-
-    fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<(), RenderError> {
-        let edit = self.edited.set_light_colors(rgb)?;
-        self.send([edit]);
-        Ok(())
-    }
-
-    fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
-        let edit = self.edited.set_points(points)?;
-        self.send([edit]);
-        Ok(())
-    }
-
-    fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
-        let edit = self.edited.set_radii(radii)?;
-        self.send([edit]);
-        Ok(())
-    }
-
-    fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError> {
-        let edit = self.edited.set_wind(wind)?;
-        self.send(edit);
-        Ok(edit.is_some())
-    }
-
-    fn set_paint(&mut self, paint: &Paint, changed: Range<usize>) -> Result<(), RenderError> {
-        let edits = self.edited.set_paint(paint, changed)?;
-        self.send(edits);
-        Ok(())
-    }
-
-    fn set_proxies(&mut self, proxies: Vec<Proxy>) {
-        let edit = self.edited.set_proxies(proxies);
-        self.send([edit]);
-    }
-
-    fn set_camera(&mut self, camera: Camera) {
-        let edit = self.edited.set_camera(camera);
-        self.send(edit);
-    }
+    edit_setters!();
 
     fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         if self.size == size {
@@ -456,16 +397,6 @@ impl Backend for BackgroundRenderer {
     fn set_samples(&mut self, samples: u32) {
         self.edited.scene.samples = samples;
         self.ask(Request::Edited(Box::new(self.edited.clone()), Vec::new()));
-    }
-
-    fn set_grade(&mut self, exposure: f32, display: DisplayTransform, background: Background) {
-        let edit = self.edited.set_grade(exposure, display, background);
-        self.send([edit]);
-    }
-
-    fn set_panorama(&mut self, panorama: Option<TurnedPanorama>) {
-        let edit = self.edited.set_panorama(panorama);
-        self.send(edit);
     }
 
     /// Nothing else is ever shaded.

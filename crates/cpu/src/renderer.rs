@@ -16,7 +16,7 @@ use strandlight_scene::{
 };
 
 use super::composite::composite;
-use super::edited_scene::EditedScene;
+use super::edited_scene::{EditedScene, edit_setters};
 use super::frame::{Edit, Frame};
 use super::last_view::LastView;
 use super::sampled::{PointShadows, ShadowSource, render_observed};
@@ -280,67 +280,7 @@ impl Backend for CpuRenderer {
         Ok(())
     }
 
-    fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<(), RenderError> {
-        let edit = self.edited.set_hair(hair, modes)?;
-        self.take(edit);
-        Ok(())
-    }
-
-    fn set_scattering(&mut self, scattering: Scattering) {
-        let edit = self.edited.set_scattering(scattering);
-        self.take(edit);
-    }
-
-    fn set_densities(&mut self, densities: [f32; 2]) {
-        let edit = self.edited.set_densities(densities);
-        self.take([edit]);
-    }
-
-    fn set_lights(&mut self, lights: Vec<SrbfLight>) -> Result<(), RenderError> {
-        let edit = self.edited.set_lights(lights)?;
-        self.take([edit]);
-        Ok(())
-    }
-
-    fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<(), RenderError> {
-        let edit = self.edited.set_light_colors(rgb)?;
-        self.take([edit]);
-        Ok(())
-    }
-
-    fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
-        let edit = self.edited.set_points(points)?;
-        self.take([edit]);
-        Ok(())
-    }
-
-    fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
-        let edit = self.edited.set_radii(radii)?;
-        self.take([edit]);
-        Ok(())
-    }
-
-    fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError> {
-        let edit = self.edited.set_wind(wind)?;
-        self.take(edit);
-        Ok(edit.is_some())
-    }
-
-    fn set_paint(&mut self, paint: &Paint, changed: Range<usize>) -> Result<(), RenderError> {
-        let edits = self.edited.set_paint(paint, changed)?;
-        self.take(edits);
-        Ok(())
-    }
-
-    fn set_proxies(&mut self, proxies: Vec<Proxy>) {
-        let edit = self.edited.set_proxies(proxies);
-        self.take([edit]);
-    }
-
-    fn set_camera(&mut self, camera: Camera) {
-        let edit = self.edited.set_camera(camera);
-        self.take(edit);
-    }
+    edit_setters!();
 
     fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         self.edited.scene.size = size;
@@ -349,16 +289,6 @@ impl Backend for CpuRenderer {
 
     fn set_samples(&mut self, samples: u32) {
         self.edited.scene.samples = samples;
-    }
-
-    fn set_grade(&mut self, exposure: f32, display: DisplayTransform, background: Background) {
-        let edit = self.edited.set_grade(exposure, display, background);
-        self.take([edit]);
-    }
-
-    fn set_panorama(&mut self, panorama: Option<TurnedPanorama>) {
-        let edit = self.edited.set_panorama(panorama);
-        self.take(edit);
     }
 
     /// Nothing else is ever shaded.
