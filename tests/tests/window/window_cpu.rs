@@ -228,15 +228,16 @@ fn without_a_hardware_gpu_the_cpu_draws_and_the_window_says_why() {
 fn latencies(view: &View, name: &str, from: [i32; 2], step: [i32; 2], n: i32) {
     view.move_to(from);
     view.tool("xdotool", &["mousedown", "1"]);
+    let (pointer, mut pictures) = (view.pointer(), view.counter("shown"));
     let mut found = Vec::new();
     for ix in 1..=n {
         // Back and forth.
         let turn = if ix <= n / 2 { ix } else { n - ix };
         let at = [from[0] + step[0] * turn, from[1] + step[1] * turn];
-        let before = view.count("shown");
+        let before = pictures.count();
         let start = Instant::now();
-        view.move_at_once(at);
-        while view.count("shown") == before && start.elapsed() < Duration::from_secs(5) {
+        pointer.move_to(at);
+        while pictures.count() == before && start.elapsed() < Duration::from_secs(5) {
             std::thread::sleep(Duration::from_millis(2));
         }
         // The first few pixels may be no drag yet.

@@ -5,6 +5,7 @@
 
 mod desktop;
 mod drop;
+mod latency;
 mod shot;
 
 use std::fmt::Write;
@@ -14,6 +15,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 pub use desktop::{Desktop, SmallScene};
+pub use latency::{EventCounter, Pointer};
 use serde_json::Value;
 pub use shot::{DIFFERENT, SAME, Shot};
 use strandlight_tests::strandview;
@@ -216,10 +218,15 @@ impl<'a> View<'a> {
         pause();
     }
 
-    /// The same without a pause.
-    pub fn move_at_once(&self, [x, y]: [i32; 2]) {
-        let (x, y) = (x.to_string(), y.to_string());
-        self.tool("xdotool", &["mousemove", "--window", &self.window, &x, &y]);
+    /// The mouse over this window, for measurements.
+    pub fn pointer(&self) -> Pointer {
+        let window = self.window.parse().expect("X's number");
+        Pointer::over(&self.desktop.display, window)
+    }
+
+    /// [`View::count`], for measurements.
+    pub fn counter(&self, event: &str) -> EventCounter {
+        EventCounter::new(&self.log, event)
     }
 
     pub fn click(&self, place: [i32; 2]) {
