@@ -6,7 +6,7 @@ use std::panic::resume_unwind;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use strandlight_formats::{Background, Scattering, SrbfLight};
 use strandlight_scattering::{HairParams, Lobe};
@@ -15,6 +15,7 @@ use strandlight_scene::interactive::{PictureProgress, RenderReport};
 use strandlight_scene::motion::Wind;
 use strandlight_scene::paint::Paint;
 use strandlight_scene::panorama::TurnedPanorama;
+use strandlight_scene::progress::Deadline;
 use strandlight_scene::proxy::Proxy;
 use strandlight_scene::stats::Observer;
 use strandlight_scene::{
@@ -29,7 +30,7 @@ use super::interactive::{DisplayPixels, InteractiveRenderer};
 /// seen from another.
 const BUDGET: Duration = Duration::from_millis(4);
 
-/// An [`InteractiveRenderer`] that works in a thread of its own. Setters return at once,
+/// An [`InteractiveRenderer`] that works in a thread of its own. Setters do as there,
 /// [`BackgroundRenderer::advance`] waits for what is new, and [`BackgroundRenderer::display`] is the last picture meanwhile.
 pub struct BackgroundRenderer {
     edited: EditedScene,
@@ -89,7 +90,7 @@ struct Display {
 enum Request {
     /// The scene was edited.
     Edited(Box<EditedScene>, Vec<Edit>),
-    Scene(Box<PreparedScene>),
+    Scene(Box<EditedScene>),
     Size([u32; 2]),
     /// Another try after an error.
     Again,
@@ -113,8 +114,8 @@ impl BackgroundRenderer {
     /// A renderer of `scene`; its first picture, of the scene's size, is begun by [`BackgroundRenderer::advance`].
     pub fn new(scene: PreparedScene) -> BackgroundRenderer {
         let shared = Arc::new(Shared::default());
-        let (size, edited) = (scene.size, EditedScene::new(scene.clone()));
-        let renderer = InteractiveRenderer::new(scene);
+        let (size, edited) = (scene.size, EditedScene::new(scene));
+        let renderer = InteractiveRenderer::of(edited.clone());
         let report = renderer.report().clone();
         shared.lock().report.clone_from(&report);
         let thread = {
@@ -154,14 +155,14 @@ impl BackgroundRenderer {
             return Ok(self.progress());
         }
         let least = Duration::from_secs(u64::from(is_again));
-        let deadline = Instant::now() + budget.max(least);
+        let deadline = Deadline::after(budget.max(least));
         let mut state = self.shared.lock();
         if !mem::replace(&mut state.is_watched, true) {
             self.shared.is_asked.notify_one();
         }
         loop {
             let is_resting = state.progress.is_done && state.n_taken == self.n_requests;
-            let left = deadline.saturating_duration_since(Instant::now());
+            let left = deadline.left();
             if state.is_new || state.is_ended || is_resting || left.is_zero() {
                 break;
             }
@@ -246,7 +247,16 @@ impl BackgroundRenderer {
             return;
         }
         let is_view = edits.contains(&Edit::View);
-        self.ask(Request::Edited(Box::new(self.edited.clone()), edits));
+        let edited = Box::new(self.edited.clone());
+        let mut state = self.shared.lock();
+        // One scene is enough of those that wait.
+        if let Some(Request::Edited(waiting, before)) = state.requests.last_mut() {
+            *waiting = edited;
+            before.extend(edits);
+        } else {
+            drop(state);
+            self.ask(Request::Edited(edited, edits));
+        }
         if is_view {
             self.last_view = self.n_requests;
         }
@@ -342,9 +352,9 @@ fn work(mut renderer: InteractiveRenderer, shared: &Shared) {
 
 fn do_request(renderer: &mut InteractiveRenderer, request: Request) {
     match request {
-        Request::Edited(edited, edits) => renderer.set_edited(*edited, &edits),
-        // They were looked at before they were sent.
-        Request::Scene(scene) => drop(renderer.set_scene(*scene)),
+        Request::Edited(edited, edits) => renderer.set_edited(*edited, edits),
+        Request::Scene(edited) => renderer.replace(*edited),
+        // It was looked at before it was sent.
         Request::Size(size) => drop(renderer.set_size(size)),
         Request::Again => {}
         Request::OverNothing(size, sender) => {
@@ -371,13 +381,13 @@ impl Backend for BackgroundRenderer {
 
     fn set_scene(&mut self, scene: PreparedScene) -> Result<(), RenderError> {
         self.size = scene.size;
-        self.edited = EditedScene::new(scene.clone());
-        self.ask(Request::Scene(Box::new(scene)));
+        self.edited = EditedScene::new(scene);
+        self.ask(Request::Scene(Box::new(self.edited.clone())));
         self.last_view = self.n_requests;
         Ok(())
     }
 
-    edit_setters!();
+    edit_setters!(edited);
 
     fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         if self.size == size {

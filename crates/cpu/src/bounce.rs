@@ -28,7 +28,8 @@ const OF_RAY: f32 = 0.261_799_4;
 /// A ray that meets a proxy.
 #[derive(Clone, Copy)]
 struct Passed {
-    direction: Vec3,
+    /// Its number among the rays of a node.
+    ray: u32,
     /// Index of the surface it meets.
     surface: u32,
     /// What the hair before it lets pass: see [`pass_through`].
@@ -42,8 +43,9 @@ const NODES_AT_ONCE: usize = 512;
 pub(super) struct BounceRays {
     bounce: Bounce,
     layout: BounceLayout,
-    /// By node, of those that are found.
-    passed: Vec<Vec<Passed>>,
+    /// Of the nodes that are found, one after the other, and where those of each end.
+    passed: Vec<Passed>,
+    ends: Vec<usize>,
     /// Rays between the proxies, where these light each other.
     between: Option<Interreflection>,
 }
@@ -68,7 +70,8 @@ impl BounceRays {
         Some(BounceRays {
             between: is_between.then(|| Interreflection::new(&bounce)),
             layout: bounce.layout(),
-            passed: Vec::with_capacity(bounce.nodes.len()),
+            passed: Vec::new(),
+            ends: Vec::with_capacity(bounce.nodes.len()),
             bounce,
         })
     }
@@ -89,26 +92,33 @@ impl BounceRays {
         }
         let of_node = |node: &u32| {
             let start = bounce.start(*node);
-            let rays = bounce.rays.iter();
-            let passed = rays.filter_map(|&direction| {
+            let rays = (0..).zip(&bounce.rays);
+            let passed = rays.filter_map(|(ray, &direction)| {
                 let hit = bounce.hit(start, direction);
                 (hit.surface != NO_SURFACE).then(|| Passed {
-                    direction,
+                    ray,
                     surface: hit.surface,
                     here: pass_hair(grid, volume, start, direction, hit.distance),
                 })
             });
             passed.collect()
         };
-        let missing = &bounce.nodes[self.passed.len()..];
+        let missing = &bounce.nodes[self.ends.len()..];
         let missing = &missing[..missing.len().min(NODES_AT_ONCE)];
-        self.passed.par_extend(missing.par_iter().map(of_node));
+        let found: Vec<Vec<Passed>> = missing.par_iter().map(of_node).collect();
+        for passed in found {
+            self.passed.extend(passed);
+            self.ends.push(self.passed.len());
+        }
+        if self.ends.len() == bounce.nodes.len() {
+            self.passed.shrink_to_fit();
+        }
     }
 
     /// Is it known of all rays?
     pub fn is_found(&self) -> bool {
         let is_between = self.between.as_ref().is_none_or(Interreflection::is_found);
-        is_between && self.passed.len() == self.bounce.nodes.len()
+        is_between && self.ends.len() == self.bounce.nodes.len()
     }
 
     /// Adds what `proxies`, in the light of the lights alone, send to each other.
@@ -120,8 +130,11 @@ impl BounceRays {
 
     /// The light where the surfaces send back so much, rgb times the view's radiance scale.
     pub fn light(&self, sent_back: &[[f32; 3]]) -> BounceLight {
-        let lobes = self.passed.par_iter();
-        let lobes: Vec<_> = lobes.map(|passed| self.lobes(passed, sent_back)).collect();
+        let of_node = |node: usize| {
+            let first = node.checked_sub(1).map_or(0, |before| self.ends[before]);
+            self.lobes(&self.passed[first..self.ends[node]], sent_back)
+        };
+        let lobes: Vec<_> = (0..self.ends.len()).into_par_iter().map(of_node).collect();
         let grid = self.bounce.grid;
         let mut nodes = vec![[Lobe::default(); N_LOBES]; grid.n_voxels()];
         for (node, lobes) in self.bounce.nodes.iter().zip(lobes) {
@@ -144,7 +157,8 @@ impl BounceRays {
             for (sum, value) in power.iter_mut().zip(rgb) {
                 *sum += value;
             }
-            for (sum, value) in vector.iter_mut().zip(ray.direction.to_array()) {
+            let direction = self.bounce.rays[ray.ray as usize];
+            for (sum, value) in vector.iter_mut().zip(direction.to_array()) {
                 *sum += all * value;
             }
             depths[ix] += all * depth_of_share(ray.here[2]);

@@ -154,79 +154,79 @@ impl EditedScene {
     }
 }
 
-/// The setters of [`Backend`](strandlight_scene::Backend) that edit the scene, of a renderer with an [`EditedScene`] in `edited` and a
+/// The setters of [`Backend`](strandlight_scene::Backend) that edit the scene, of a renderer that has its [`EditedScene`] at this path of fields and a
 /// method `take` of what changed.
 macro_rules! edit_setters {
-    () => {
+    ($($edited:ident).+) => {
         fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<(), RenderError> {
-            let edit = self.edited.set_hair(hair, modes)?;
+            let edit = self.$($edited).+.set_hair(hair, modes)?;
             self.take(edit);
             Ok(())
         }
 
         fn set_scattering(&mut self, scattering: Scattering) {
-            let edit = self.edited.set_scattering(scattering);
+            let edit = self.$($edited).+.set_scattering(scattering);
             self.take(edit);
         }
 
         fn set_densities(&mut self, densities: [f32; 2]) {
-            let edit = self.edited.set_densities(densities);
+            let edit = self.$($edited).+.set_densities(densities);
             self.take([edit]);
         }
 
         fn set_lights(&mut self, lights: Vec<SrbfLight>) -> Result<(), RenderError> {
-            let edit = self.edited.set_lights(lights)?;
+            let edit = self.$($edited).+.set_lights(lights)?;
             self.take([edit]);
             Ok(())
         }
 
         fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<(), RenderError> {
-            let edit = self.edited.set_light_colors(rgb)?;
+            let edit = self.$($edited).+.set_light_colors(rgb)?;
             self.take([edit]);
             Ok(())
         }
 
         fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
-            let edit = self.edited.set_points(points)?;
+            let edit = self.$($edited).+.set_points(points)?;
             self.take([edit]);
             Ok(())
         }
 
         fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
-            let edit = self.edited.set_radii(radii)?;
+            let edit = self.$($edited).+.set_radii(radii)?;
             self.take([edit]);
             Ok(())
         }
 
         fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError> {
-            let edit = self.edited.set_wind(wind)?;
+            let edit = self.$($edited).+.set_wind(wind)?;
             self.take(edit);
             Ok(edit.is_some())
         }
 
         fn set_paint(&mut self, paint: &Paint, changed: Range<usize>) -> Result<(), RenderError> {
-            let edits = self.edited.set_paint(paint, changed)?;
+            let edits = self.$($edited).+.set_paint(paint, changed)?;
             self.take(edits);
             Ok(())
         }
 
         fn set_proxies(&mut self, proxies: Vec<Proxy>) {
-            let edit = self.edited.set_proxies(proxies);
+            let edit = self.$($edited).+.set_proxies(proxies);
             self.take([edit]);
         }
 
         fn set_camera(&mut self, camera: Camera) {
-            let edit = self.edited.set_camera(camera);
+            let edit = self.$($edited).+.set_camera(camera);
             self.take(edit);
         }
 
         fn set_grade(&mut self, exposure: f32, display: DisplayTransform, background: Background) {
-            let edit = self.edited.set_grade(exposure, display, background);
+            let edit = self.$($edited).+.set_grade(exposure, display, background);
             self.take([edit]);
         }
 
         fn set_panorama(&mut self, panorama: Option<TurnedPanorama>) {
-            let edit = self.edited.set_panorama(panorama);
+            let edit = self.$($edited).+.set_panorama(panorama);
             self.take(edit);
         }
     };

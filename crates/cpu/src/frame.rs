@@ -18,7 +18,7 @@ mod state;
 
 use strandlight_scene::camera::{Camera, view_uniform};
 use strandlight_scene::progress::timed;
-use strandlight_scene::stats::{self, LIGHTING_SHARE, Observer};
+use strandlight_scene::stats::{self, Observer};
 use strandlight_scene::{Picture, PreparedScene, Stats};
 
 use super::radiance::RadianceBefore;
@@ -32,10 +32,10 @@ use stages::can_be_everywhere;
 pub(super) use state::Frame;
 
 impl Frame {
-    /// Nothing yet of `scene`, whose amplitudes share out the maps.
-    pub fn of(scene: &PreparedScene) -> Frame {
+    /// Nothing yet of a scene, whose maps are shared out by these amplitudes of its lights.
+    pub fn of(planned: &[[f32; 3]]) -> Frame {
         Frame {
-            planned: scene.lights.iter().map(|light| light.rgb).collect(),
+            planned: planned.to_vec(),
             ..Frame::default()
         }
     }
@@ -216,8 +216,8 @@ impl Frame {
         while self.step(&picturing) {
             observer(self.share_done());
         }
-        observer(LIGHTING_SHARE);
         let (rgba, seconds) = timed(|| self.composite(&picturing));
+        observer(1.0);
         let bytes = size_of_val(&rgba[..]) as u64;
         self.ran("composite", seconds, bytes);
         let [width, height] = size;
@@ -403,6 +403,10 @@ impl Frame {
             self.stats = scene.counts(format!("cpu: {threads} threads"));
         }
         self.prepare_lights(scene);
+        if let Some(lights) = &self.lights {
+            // By the plan that is kept while colours change.
+            self.stats.shadow_maps = lights.plan.views.len();
+        }
         self.needs_tables.get_or_insert_with(|| needs_tables(scene));
         let Some(stage) = self.next(picturing) else {
             self.is_drawn = true;
@@ -442,18 +446,21 @@ impl Frame {
         }
     }
 
-    /// About how much of the work is done, 0..1 of the light.
+    /// About how much of the work is done, 0..=1.
     fn share_done(&self) -> f64 {
         let list = f64::from(u8::from(self.list.is_some()));
         let maps = match &self.casting {
             Some(casting) => casting.share_done(),
             None => f64::from(u8::from(self.unblocked.is_some())),
         };
-        let shade = self.shading.as_ref().map_or(0.0, |shading| {
-            let n = shading.radiance.at.len() * shading.groups.len().max(1);
-            let n_done = shading.radiance.at.len() * shading.group + shading.n_done;
-            n_done as f64 / n.max(1) as f64
-        });
-        LIGHTING_SHARE * (0.1 * list + 0.6 * maps + 0.3 * shade)
+        let shade = match &self.shading {
+            Some(shading) => {
+                let n = shading.radiance.at.len() * shading.groups.len().max(1);
+                let n_done = shading.radiance.at.len() * shading.group + shading.n_done;
+                n_done as f64 / n.max(1) as f64
+            }
+            None => f64::from(u8::from(self.quality() == Some(Quality::Whole))),
+        };
+        0.1 * list + 0.6 * maps + 0.3 * shade
     }
 }

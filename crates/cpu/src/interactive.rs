@@ -22,10 +22,8 @@ use strandlight_scene::{
 };
 
 use super::CpuRenderer;
-#[cfg(not(target_arch = "wasm32"))]
-use super::edited_scene::EditedScene;
+use super::edited_scene::{EditedScene, edit_setters};
 use super::fade::Fade;
-#[cfg(not(target_arch = "wasm32"))]
 use super::frame::Edit;
 use super::renderer::Advance;
 
@@ -44,8 +42,8 @@ pub struct DisplayPixels<'a> {
     pub version: u64,
 }
 
-/// A scene drawn on the CPU for a screen: setters, those of [`Backend`], say what is to be drawn and
-/// return at once, [`InteractiveRenderer::advance`] works on it, and
+/// A scene drawn on the CPU for a screen: setters, those of [`Backend`], say what is to be drawn (they make the tables of
+/// the hair and the strands that it needs, no picture), [`InteractiveRenderer::advance`] works on it, and
 /// [`InteractiveRenderer::display`] is the last picture meanwhile.
 pub struct InteractiveRenderer {
     renderer: CpuRenderer,
@@ -79,13 +77,18 @@ impl InteractiveRenderer {
     /// A renderer of `scene`; its first picture, of the scene's size, is made by
     /// [`InteractiveRenderer::advance`].
     pub fn new(scene: PreparedScene) -> InteractiveRenderer {
+        InteractiveRenderer::of(EditedScene::new(scene))
+    }
+
+    /// The same of a scene as it was edited.
+    pub(super) fn of(edited: EditedScene) -> InteractiveRenderer {
         let report = RenderReport {
-            stats: scene.counts(stats_name()),
+            stats: edited.scene.counts(stats_name()),
             ..RenderReport::default()
         };
         InteractiveRenderer {
-            size: scene.size,
-            renderer: CpuRenderer::new(scene),
+            size: edited.scene.size,
+            renderer: CpuRenderer::of(edited),
             pixels: Vec::new(),
             fade: None,
             shown: [0, 0],
@@ -211,10 +214,10 @@ impl InteractiveRenderer {
         if let (true, Some(picture)) = (self.is_done, self.renderer.shown_over_nothing(size)) {
             return Ok(picture);
         }
-        let mut scene = self.scene().clone();
-        scene.background = Background::None;
-        let samples = scene.samples;
-        Ok(CpuRenderer::new(scene).render(size, samples, &|_| ())?.0)
+        let mut edited = self.renderer.edited.clone();
+        edited.scene.background = Background::None;
+        let samples = edited.scene.samples;
+        Ok(CpuRenderer::of(edited).render(size, samples, &|_| ())?.0)
     }
 
     /// What was recomputed since the last edit, and what that took.
@@ -229,12 +232,30 @@ impl InteractiveRenderer {
 
     /// The scene was edited elsewhere, and is this one now.
     #[cfg(not(target_arch = "wasm32"))]
-    pub(super) fn set_edited(&mut self, edited: EditedScene, edits: &[Edit]) {
-        self.renderer.set_edited(edited, edits);
-        if edits.contains(&Edit::View) {
-            self.turned();
-        } else if !edits.is_empty() {
-            self.edited();
+    pub(super) fn set_edited(&mut self, edited: EditedScene, edits: Vec<Edit>) {
+        self.renderer.edited = edited;
+        self.take(edits);
+    }
+
+    /// Another scene takes the place of this one.
+    pub(super) fn replace(&mut self, edited: EditedScene) {
+        self.report.stats = edited.scene.counts(stats_name());
+        self.size = edited.scene.size;
+        self.renderer.replace(edited);
+        self.turned();
+    }
+
+    /// The scene was edited.
+    fn take(&mut self, edits: impl IntoIterator<Item = Edit>) {
+        let edits: Vec<Edit> = edits.into_iter().collect();
+        if edits.is_empty() {
+            return;
+        }
+        let is_view = edits.contains(&Edit::View);
+        self.renderer.take(edits);
+        match is_view {
+            true => self.turned(),
+            false => self.edited(),
         }
     }
 
@@ -357,76 +378,11 @@ impl Backend for InteractiveRenderer {
     }
 
     fn set_scene(&mut self, scene: PreparedScene) -> Result<(), RenderError> {
-        self.report.stats = scene.counts(stats_name());
-        self.size = scene.size;
-        self.renderer.set_scene(scene)?;
-        self.turned();
+        self.replace(EditedScene::new(scene));
         Ok(())
     }
 
-    fn set_hair(&mut self, hair: &HairParams, modes: &[Lobe]) -> Result<(), RenderError> {
-        self.renderer.set_hair(hair, modes)?;
-        self.edited();
-        Ok(())
-    }
-
-    fn set_scattering(&mut self, scattering: Scattering) {
-        self.renderer.set_scattering(scattering);
-        self.edited();
-    }
-
-    fn set_densities(&mut self, densities: [f32; 2]) {
-        self.renderer.set_densities(densities);
-        self.edited();
-    }
-
-    fn set_lights(&mut self, lights: Vec<SrbfLight>) -> Result<(), RenderError> {
-        self.renderer.set_lights(lights)?;
-        self.edited();
-        Ok(())
-    }
-
-    fn set_light_colors(&mut self, rgb: &[[f32; 3]]) -> Result<(), RenderError> {
-        self.renderer.set_light_colors(rgb)?;
-        self.edited();
-        Ok(())
-    }
-
-    fn set_points(&mut self, points: &[[f32; 4]]) -> Result<(), RenderError> {
-        self.renderer.set_points(points)?;
-        self.edited();
-        Ok(())
-    }
-
-    fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError> {
-        self.renderer.set_radii(radii)?;
-        self.edited();
-        Ok(())
-    }
-
-    fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError> {
-        let is_moved = self.renderer.set_wind(wind)?;
-        self.edited();
-        Ok(is_moved)
-    }
-
-    fn set_paint(&mut self, paint: &Paint, changed: Range<usize>) -> Result<(), RenderError> {
-        self.renderer.set_paint(paint, changed)?;
-        self.edited();
-        Ok(())
-    }
-
-    fn set_proxies(&mut self, proxies: Vec<Proxy>) {
-        self.renderer.set_proxies(proxies);
-        self.edited();
-    }
-
-    fn set_camera(&mut self, camera: Camera) {
-        if self.scene().camera != camera {
-            self.renderer.set_camera(camera);
-            self.turned();
-        }
-    }
+    edit_setters!(renderer.edited);
 
     fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         if self.size == size {
@@ -444,18 +400,6 @@ impl Backend for InteractiveRenderer {
     /// Of pictures by samples alone, which a screen is not shown.
     fn set_samples(&mut self, samples: u32) {
         self.renderer.set_samples(samples);
-    }
-
-    fn set_grade(&mut self, exposure: f32, display: DisplayTransform, background: Background) {
-        self.renderer.set_grade(exposure, display, background);
-        self.edited();
-    }
-
-    fn set_panorama(&mut self, panorama: Option<TurnedPanorama>) {
-        if self.scene().panorama != panorama {
-            self.renderer.set_panorama(panorama);
-            self.edited();
-        }
     }
 
     fn shade_view_only(&mut self) {

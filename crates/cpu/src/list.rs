@@ -22,9 +22,9 @@ use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::strands::Strands;
 
 use super::screen_point::{LISTED_WIDTH_PX, ScreenPoint, screen_point};
-use super::triangles::Triangles;
+use super::triangles::{TILE, Triangles};
 
-use bins::{Bins, TILE};
+use bins::Bins;
 pub(super) use pixel::Entry;
 use tile::Scratch;
 pub(super) use tile::Tile;

@@ -29,7 +29,7 @@ const MAX_LIST_PIXELS: u64 = 1 << 25;
 /// A scene that is drawn on the CPU: by a visibility list, without noise. An edit recomputes what
 /// depends on it.
 pub struct CpuRenderer {
-    edited: EditedScene,
+    pub(super) edited: EditedScene,
     frame: Frame,
     /// The scene that is being drawn by [`CpuRenderer::advance`], and edits since then.
     drawn: Option<PreparedScene>,
@@ -58,9 +58,14 @@ pub(super) struct Advance {
 impl CpuRenderer {
     /// A renderer of `scene`.
     pub fn new(scene: PreparedScene) -> CpuRenderer {
+        CpuRenderer::of(EditedScene::new(scene))
+    }
+
+    /// A renderer of a scene as it was edited.
+    pub(super) fn of(edited: EditedScene) -> CpuRenderer {
         CpuRenderer {
-            frame: Frame::of(&scene),
-            edited: EditedScene::new(scene),
+            frame: Frame::of(&edited.planned),
+            edited,
             drawn: None,
             waiting: Vec::new(),
             is_held: false,
@@ -90,7 +95,7 @@ impl CpuRenderer {
     /// The scene was edited. An edit waits for the first picture after the one before it, so that there
     /// are pictures while a slider is dragged. Another view need not wait for a picture to be shown: it shows that one as
     /// seen from there.
-    fn take(&mut self, edits: impl IntoIterator<Item = Edit>) {
+    pub(super) fn take(&mut self, edits: impl IntoIterator<Item = Edit>) {
         for edit in edits {
             let is_to_come = self.is_held && edit != Edit::View;
             self.waiting.push(edit);
@@ -100,11 +105,13 @@ impl CpuRenderer {
         }
     }
 
-    /// The scene was edited elsewhere, and is this one now.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub(super) fn set_edited(&mut self, edited: EditedScene, edits: &[Edit]) {
+    /// Another scene takes the place of this one.
+    pub(super) fn replace(&mut self, edited: EditedScene) {
+        self.frame = Frame::of(&edited.planned);
         self.edited = edited;
-        self.take(edits.iter().copied());
+        (self.drawn, self.last_view) = (None, None);
+        self.waiting.clear();
+        self.is_held = false;
     }
 
     /// Says whether there is a picture that is still to be shown: edits wait for that, too.
@@ -272,15 +279,11 @@ impl Backend for CpuRenderer {
     }
 
     fn set_scene(&mut self, scene: PreparedScene) -> Result<(), RenderError> {
-        self.frame = Frame::of(&scene);
-        self.edited = EditedScene::new(scene);
-        (self.drawn, self.last_view) = (None, None);
-        self.waiting.clear();
-        self.is_held = false;
+        self.replace(EditedScene::new(scene));
         Ok(())
     }
 
-    edit_setters!();
+    edit_setters!(edited);
 
     fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         self.edited.scene.size = size;

@@ -12,9 +12,13 @@ use strandlight_scene::shadow_maps::{
 };
 use strandlight_scene::strands::Strands;
 
+/// A texel has the height of the highest segment over its name, the last bits of the number of its first point: so many.
 pub(super) const NAME_BITS: u32 = 12;
+/// Largest height that the other bits hold.
 pub(super) const HEIGHT_UNITS: f32 = 1_048_575.0;
+/// Segments so many points away along the strand are the point's own: no shadow.
 pub(super) const OWN_POINTS: u32 = 3;
+/// Other strands cast shadows from this many radii above on.
 pub(super) const CLEAR_RADII: f32 = 0.5;
 
 /// What shadow maps say of every point.

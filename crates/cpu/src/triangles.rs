@@ -9,8 +9,8 @@ use glam::{DVec3, Vec3};
 use strandlight_scene::beside::Beside;
 use strandlight_scene::camera::ViewUniform;
 
-/// Side of a tile, px.
-const TILE: u32 = 16;
+/// Side of a tile, px: those of visibility lists too, which ask for the triangles of a whole tile at once.
+pub(super) const TILE: u32 = 16;
 
 /// Depth up to which places on the screen are not to be trusted, cm.
 const NEXT_TO_EYE: f32 = 0.01;

@@ -19,6 +19,9 @@ pub fn voxelise(strands: &Strands, grid: &Grid) -> Vec<[f32; 8]> {
     voxelising.finish(grid)
 }
 
+/// Most bytes of sums of all threads.
+const MAX_SUMS_BYTES: usize = 128 << 20;
+
 /// What [`voxelise`] answers, some segments at a time.
 pub(super) struct Voxelising {
     /// By thread.
@@ -30,9 +33,11 @@ impl Voxelising {
     /// Nothing yet.
     pub fn new(strands: &Strands, grid: &Grid) -> Voxelising {
         let n_chunks = strands.segments.len().div_ceil(CHUNK);
-        let n_threads = rayon::current_num_threads().min(n_chunks).max(1);
+        let n_sums = grid.n_voxels() * CHANNELS as usize;
+        let n_that_fit = MAX_SUMS_BYTES / (n_sums * size_of::<i64>());
+        let n_threads = rayon::current_num_threads().min(n_chunks).min(n_that_fit);
         Voxelising {
-            sums: vec![vec![0; grid.n_voxels() * CHANNELS as usize]; n_threads],
+            sums: vec![vec![0; n_sums]; n_threads.max(1)],
             n_done: 0,
         }
     }

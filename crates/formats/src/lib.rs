@@ -99,6 +99,7 @@ mod strand_list;
 mod suggest;
 mod table_file;
 mod tables;
+mod taken_files;
 mod text_lines;
 mod tfx;
 #[doc(hidden)]
@@ -157,6 +158,7 @@ pub use sniff::SNIFF_BYTES;
 pub use suggest::{did_you_mean, nearest};
 pub use table_file::TableReader;
 pub use tables::{Axis, Table, TableFile, TableHeader, TableInfo};
+pub use taken_files::TakenFiles;
 // They stand in the fields of sections and tables.
 pub use strandlight_scattering::axis::Spacing;
 pub use strandlight_scattering::{Lobe, PerLobe};

@@ -105,7 +105,7 @@ pub enum ScriptError {
         source: Box<SessionError>,
     },
     /// The renderer failed.
-    #[error("{source}")]
+    #[error("step {step}: {source}")]
     Render {
         /// Number of the step that was done, from 0.
         step: usize,

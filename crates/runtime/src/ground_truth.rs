@@ -106,7 +106,7 @@ struct Shown {
 
 impl GroundTruth {
     /// What is shown is another thing now.
-    pub fn outdated(&mut self) {
+    pub fn set_outdated(&mut self) {
         if let Some(mut run) = self.run.take() {
             self.ending = run.thread.take();
         }

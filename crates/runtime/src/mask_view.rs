@@ -109,7 +109,7 @@ impl MaskView {
     }
 
     /// The mask is another one.
-    pub fn is_outdated(&mut self) {
+    pub fn set_outdated(&mut self) {
         self.is_outdated = true;
     }
 
@@ -271,7 +271,7 @@ mod tests {
         let version = display.version;
         view.tint(3, Some(&mask));
         assert_eq!(view.display().map(|it| it.version), Some(version));
-        view.is_outdated();
+        view.set_outdated();
         view.tint(3, None);
         let display = view.display().expect("an overlay");
         assert!(display.version != version && display.pixels.iter().all(|it| *it == [0; 4]));

@@ -74,7 +74,16 @@ pub struct Viewer<B: Backend + ?Sized = dyn InteractiveBackend> {
     mask_view: MaskView,
     /// Another number for every other picture, whatever it is graded with.
     n_outdated: u64,
+    /// Changes of what is seen in whatever look.
+    n_beside_look: u64,
 }
+
+/// What is seen of a scene in whatever look.
+const BESIDE_LOOK: Edits = Edits::GEOMETRY
+    .union(Edits::TABLES)
+    .union(Edits::PAINT)
+    .union(Edits::PROXIES)
+    .union(Edits::MOTION);
 
 impl Viewer {
     /// Opens the scene file at `path` and puts it on the device.
@@ -146,7 +155,7 @@ impl Viewer {
     /// As [`Backend::set_size`].
     pub fn set_window(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         if self.window != Some(size) {
-            self.picture_is_outdated();
+            self.outdate_picture();
         }
         self.window = Some(size);
         self.renderer.set_size(size)
@@ -161,7 +170,7 @@ impl Viewer {
         if self.renderer.device().is_none() {
             return Ok(());
         }
-        self.picture_is_outdated();
+        self.outdate_picture();
         let scene = unmuted_scene(&self.session)?;
         self.renew_on(scene, |renderer, scene| renderer.set_device(context, scene))
     }
@@ -232,6 +241,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
             inspector: None,
             mask_view: MaskView::default(),
             n_outdated: 0,
+            n_beside_look: 0,
         };
         viewer.set_light_colors()?;
         viewer.move_hair()?;
@@ -292,18 +302,24 @@ impl<B: Backend + ?Sized> Viewer<B> {
 
     fn show_view(&mut self, view: Camera) {
         if self.renderer.scene().camera != view {
-            self.picture_is_outdated();
+            self.outdate_picture();
             self.renderer.set_camera(view);
         }
     }
 
     /// What is shown is another picture from now on.
-    fn picture_is_outdated(&mut self) {
+    fn outdate_picture(&mut self) {
         self.n_outdated += 1;
         #[cfg(not(target_arch = "wasm32"))]
         if let Some(truth) = &mut self.ground_truth {
-            truth.outdated();
+            truth.set_outdated();
         }
+    }
+
+    /// Another number for every other groom, paint of it, place where it has moved to, and things beside it.
+    #[cfg(feature = "ui")]
+    pub(crate) fn n_beside_look(&self) -> u64 {
+        self.n_beside_look
     }
 
     /// Looks from the scene's camera again.
@@ -426,11 +442,18 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// As there, or what cannot be drawn; the document stays as it was then.
     pub fn reload(&mut self) -> Result<Change, SessionError> {
         self.release()?;
-        let camera = self.session.scene().camera.clone();
+        let before = self.session.clone();
         let mut change = self.session.reload()?;
-        let has_other_camera = camera != self.session.scene().camera;
+        let has_other_camera = before.scene().camera != self.session.scene().camera;
         change.edits.set(Edits::CAMERA, has_other_camera);
-        Ok(self.show_edit(change)?)
+        if let Err(error) = self.show(&change) {
+            // With all that it knows of the files.
+            self.session = before;
+            // It was drawn before.
+            let _ = self.show(&change);
+            return Err(error.into());
+        }
+        Ok(change)
     }
 
     /// Seconds since the start of the motion.
@@ -450,7 +473,8 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// Moves the hair to where it is at the time.
     fn move_hair(&mut self) -> Result<(), RenderError> {
         if self.motion.is_some() {
-            self.picture_is_outdated();
+            self.outdate_picture();
+            self.n_beside_look += 1;
         }
         let renderer = &mut self.renderer;
         match &mut self.motion {
@@ -509,12 +533,15 @@ impl<B: Backend + ?Sized> Viewer<B> {
         if change.has(Edits::GEOMETRY | Edits::DIAMETER | Edits::MOTION) {
             self.picker = None;
         }
+        if change.has(BESIDE_LOOK) {
+            self.n_beside_look += 1;
+        }
         if change.has(Edits::CAMERA) {
             self.view = None;
         }
         // Another groom has a mask of its own.
         if change.has(Edits::MASK | Edits::GEOMETRY) {
-            self.mask_view.is_outdated();
+            self.mask_view.set_outdated();
         }
         // How it is graded can change while it goes on.
         let mut of_picture =
@@ -526,7 +553,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         let shown = self.renderer.scene();
         let is_behind = background == shown.background && panorama == shown.panorama;
         if change.has(of_picture) || !is_behind {
-            self.picture_is_outdated();
+            self.outdate_picture();
         }
         let has_motion = self.motion.is_some();
         if change.inputs().is_all() || change.has(Edits::DIAMETER) && has_motion {

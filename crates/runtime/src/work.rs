@@ -108,7 +108,7 @@ impl Work {
         if self.check().is_err() {
             self.stop();
         }
-        // Lines of a few hundred bytes in all, which no pipe blocks on while the other is read.
+        // In a thread, so that neither pipe fills up while the other is read.
         let printed = std::thread::spawn(move || {
             let mut text = String::new();
             let _ = stdout.map(|mut pipe| pipe.read_to_string(&mut text));

@@ -133,6 +133,19 @@ impl Files {
         }
     }
 
+    /// Takes away what [`Files::write`] wrote, if it can be.
+    pub fn remove(&self, path: &Path) {
+        match self {
+            Files::Disk | Files::Over(_) => {
+                std::fs::remove_file(path).ok();
+            }
+            Files::Memory(files) => {
+                let mut files = files.lock().unwrap_or_else(PoisonError::into_inner);
+                files.remove(&plain(path));
+            }
+        }
+    }
+
     /// Could [`Files::write`] write here? Worth asking before long work.
     ///
     /// # Errors

@@ -69,8 +69,7 @@ impl ResourceCounts {
 /// One kind of work since the last edit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StageReport {
-    /// Its name: `first look`, `voxelise`, `shadow maps`, `transmittance`, `tables`, `shade`,
-    /// `project`, `list`, `draw`, `composite`, `display`.
+    /// Its name, such as `voxelise`, `list`, `shadow maps`, `transmittance`, `tables`, `shade`, `display`.
     pub name: &'static str,
     /// How often it ran: maps, directions of light, slices of points, passes.
     pub runs: u32,
@@ -94,7 +93,7 @@ pub struct RenderReport {
     pub edit: Option<EditReport>,
     /// What was made on the device since the last edit.
     pub counts: ResourceCounts,
-    /// Bytes on the device; on the CPU, those of what the stages keep.
+    /// Bytes on the device; none on the CPU.
     pub device_bytes: u64,
     /// Times that all points were lit, since the start.
     pub shadings: u64,

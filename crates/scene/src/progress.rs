@@ -1,5 +1,7 @@
 //! Progress of long work, reported to whoever started it.
 
+use std::time::Duration;
+
 use web_time::Instant;
 
 /// Shows the progress of one piece of work; called from any thread.
@@ -68,10 +70,19 @@ impl Progress {
 #[derive(Clone, Copy, Debug)]
 pub struct Deadline(Instant);
 
+/// Longest time to a deadline: a year.
+const LONGEST: Duration = Duration::from_secs(365 * 24 * 3600);
+
 impl Deadline {
     /// After so much time from now.
-    pub fn after(time: std::time::Duration) -> Deadline {
-        Deadline(Instant::now() + time)
+    pub fn after(time: Duration) -> Deadline {
+        // Clocks end somewhere.
+        Deadline(Instant::now() + time.min(LONGEST))
+    }
+
+    /// Time until then.
+    pub fn left(&self) -> Duration {
+        self.0.saturating_duration_since(Instant::now())
     }
 
     /// Is it still to come?

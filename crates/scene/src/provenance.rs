@@ -9,6 +9,7 @@
 //! | `strandlight/scene` | hash of the scene with all that the command line says; its files count by their content |
 //! | `strandlight/groom`, `strandlight/lights`, `strandlight/tables` | hashes of the files' bytes |
 //! | `strandlight/lut` | hash of the LUT's bytes, if there is one |
+//! | `strandlight/panorama` | hash of the panorama's bytes, if there is one |
 //! | `strandlight/paint` | hash of the paint, if it is not the groom's own |
 //! | `strandlight/time` | seconds since the start of the motion, if the hair moves |
 //! | `strandlight/samples`, `strandlight/backend` | samples a pixel; what drew it |

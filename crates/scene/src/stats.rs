@@ -15,7 +15,7 @@ pub const LIGHTING_SHARE: f64 = 0.4;
 /// One stage of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stage {
-    /// Its name: `voxelise`, `transmittance`, `shade`, `draw`, `composite`.
+    /// Its name, such as `voxelise`, `transmittance`, `shade`, `draw`, `composite`.
     pub name: &'static str,
     /// Wall-clock milliseconds until its results were there.
     pub milliseconds: f64,

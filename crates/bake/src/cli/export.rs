@@ -83,6 +83,7 @@ pub fn run(args: &Args) -> Outcome {
     let outputs = match content {
         Content::Kind(Kind::Tables) => {
             let file = TableFile::read(input).map_err(Failure::input)?;
+            tables::check_names(input, &file)?;
             match extension {
                 Some("npy") => tables::to_npy(&file, &pattern(output)),
                 Some("exr") => tables::to_exr(&file, &pattern(output))?,

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use strandlight_formats::Kind;
 
-use super::{Failure, Outcome, check_extension, check_outputs, print_line};
+use super::{Failure, Outcome, check_extension, check_outputs, check_own_extension, print_line};
 use crate::cli::progress::progress;
 use args::Layout;
 use results::BudgetResult;
@@ -66,6 +66,7 @@ fn run_fit(args: &FitArgs) -> Outcome {
         .flatten()
         .collect();
     check_outputs(&inputs, &outputs)?;
+    check_own_extension(&args.output, "lights")?;
     if let Some(preview) = &args.preview {
         check_extension(preview, "png")?;
     }

@@ -13,7 +13,7 @@ use strandlight_formats::{
     read_file,
 };
 
-use super::{Failure, Outcome, check_outputs, note, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, check_own_extension, note, print_line, write_output};
 use parts::{MAX_BYTES, Parts};
 
 /// Import or generate meshes for the hair to stand on
@@ -90,6 +90,7 @@ pub fn run(args: &Args) -> Outcome {
     match &args.command {
         Command::Import(args) => import(args),
         Command::Generate { output } => {
+            check_own_extension(output, "mesh")?;
             check_outputs(&[], &[output])?;
             write_mesh(&bust(), output)
         }
@@ -97,6 +98,7 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 fn import(args: &ImportArgs) -> Outcome {
+    check_own_extension(&args.output, "mesh")?;
     check_outputs(&[&args.input], &[&args.output])?;
     let bytes = read_file(&args.input, MAX_BYTES).map_err(Failure::input)?;
     let (mesh, notes) = mesh_of(&bytes, &args.input, args.unit, args.up.axis())

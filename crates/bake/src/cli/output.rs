@@ -8,11 +8,13 @@ use std::collections::HashSet;
 use std::fmt;
 use std::fs;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::json;
-use strandlight_formats::{OutputTarget, Scene, check_folder, output_target, write_file};
+use strandlight_formats::{
+    OutputTarget, Scene, TakenFiles, check_folder, output_target, write_file,
+};
 
 use super::{Failure, Outcome, note};
 
@@ -79,20 +81,36 @@ pub fn check_extension(path: &Path, extension: &str) -> Outcome {
     }
 }
 
+/// Extensions of the files that commands here read as their own.
+const OWN_EXTENSIONS: [&str; 6] = ["groom", "lights", "mesh", "panorama", "tables", "toml"];
+
+/// Refuses a name that promises another file of ours than `extension`. Names of no promise are taken.
+pub fn check_own_extension(path: &Path, extension: &str) -> Outcome {
+    let is_other = |other: &&str| {
+        let found = path.extension();
+        *other != extension && found.is_some_and(|found| found.eq_ignore_ascii_case(other))
+    };
+    match OWN_EXTENSIONS.iter().any(|other| is_other(&other)) {
+        true => check_extension(path, extension),
+        false => Ok(()),
+    }
+}
+
 /// Refuses, before any work is done, outputs that cannot be written, that are one file, or that
 /// are an input.
 pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
     let mut targets = HashSet::with_capacity(outputs.len());
     let mut folders = HashSet::new();
-    let inputs: Vec<_> = inputs.iter().filter_map(|path| place_of(path)).collect();
+    let mut taken = TakenFiles::default();
+    taken.add(inputs, "an input");
     for path in outputs {
         let cannot = |error| Failure::file(path, format!("cannot be written: {error}"));
         let target = output_target(path).map_err(cannot)?;
         let refused = |what: &str| Err(Failure::file(path, what));
+        if let Some(what) = taken.refusal(&target) {
+            return refused(&what);
+        }
         match &target {
-            OutputTarget::File(file) | OutputTarget::Stream(file) if inputs.contains(file) => {
-                return refused("is an input; name another output");
-            }
             // What a device takes is gone, so it may be named twice.
             OutputTarget::Stream(file) if file.starts_with("/dev") => {}
             _ if targets.contains(&target) => return refused("is named for two outputs"),
@@ -116,30 +134,22 @@ pub fn check_outputs(inputs: &[&Path], outputs: &[&Path]) -> Outcome {
 
 /// Refuses outputs that are a file that `scene` names.
 pub fn check_not_of_scene(scene: &Scene, outputs: &[&Path]) -> Outcome {
-    let files = scene.file_paths();
-    let places: Vec<_> = files.iter().filter_map(|path| place_of(path)).collect();
+    let mut taken = TakenFiles::default();
+    taken.add(scene.file_paths(), "a file of the scene");
+    check_not_taken(&taken, outputs)
+}
+
+/// Refuses outputs that are `taken`.
+pub fn check_not_taken(taken: &TakenFiles, outputs: &[&Path]) -> Outcome {
     for path in outputs {
-        let is_of_scene = |target: OutputTarget| match target {
-            OutputTarget::File(file) | OutputTarget::Stream(file) => places.contains(&file),
-            OutputTarget::Stdout => false,
-        };
-        if output_target(path).is_ok_and(is_of_scene) {
-            return Err(Failure::file(
-                path,
-                "is a file of the scene; name another output",
-            ));
+        if let Some(what) = output_target(path)
+            .ok()
+            .and_then(|target| taken.refusal(&target))
+        {
+            return Err(Failure::file(path, what));
         }
     }
     Ok(())
-}
-
-/// Where an input lies, without links.
-fn place_of(input: &Path) -> Option<PathBuf> {
-    let path = match input == Path::new("-") {
-        true => Path::new("/dev/stdin"),
-        false => input,
-    };
-    path.canonicalize().ok()
 }
 
 /// A folder for outputs, made if it is not there.

@@ -8,7 +8,7 @@ use strandlight_bake::tables::{Float16Cost, N_STEPS, bake_tables, float16_cost, 
 use strandlight_formats::{BakedFile, Kind, TableFile};
 use strandlight_scene::progress::{Progress, timed};
 
-use super::{Failure, Outcome, check_outputs, print_line, write_output};
+use super::{Failure, Outcome, check_outputs, check_own_extension, print_line, write_output};
 use crate::cli::progress::progress;
 
 /// Bake the renderer's lookup tables
@@ -65,6 +65,7 @@ pub fn bake(args: &Args, progress: &Progress) -> Result<Vec<u8>, Failure> {
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
+    check_own_extension(&args.output, "tables")?;
     check_outputs(&[], &[&args.output])?;
     let progress = progress("tables", N_STEPS);
     let (file, seconds) = timed(|| bake_tables(args.fresnel.into(), &progress));

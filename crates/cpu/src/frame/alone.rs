@@ -1,18 +1,15 @@
 //! Points that are shaded one by one, all lights at once: those with fibres of their own, and elliptic ones.
 
-use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::wide::{Level, dispatch};
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::NO_SLOT;
-use strandlight_scene::volume::SELF_LIFT;
 
 use super::super::bounce::BounceLight;
 use super::super::radiance::Radiance;
-use super::super::shade::{Counts, PointShader, record_at};
+use super::super::shade::{Counts, PointShader, record_at_point};
 use super::super::through_shares::{Scratch, ThroughShares};
 use super::super::unblocked::VisiblePoint;
-use super::super::voxelise::grid_position;
 use super::inputs::Inputs;
 
 impl Inputs<'_> {
@@ -29,7 +26,6 @@ impl Inputs<'_> {
         let (scene, view) = (self.picturing.scene, &self.picturing.view);
         let shader = PointShader::new(scene, view, self.profile);
         let n_voxels = self.grid.n_voxels();
-        let lift = SELF_LIFT * self.grid.h;
         let through = (self.maps).map(|maps| ThroughShares::new(&scene.strands, view.eye, maps));
         let answers = self.maps.map(|maps| maps.of_lights);
         let mut found = Radiance::black(places.len(), has_narrow);
@@ -49,11 +45,10 @@ impl Inputs<'_> {
                 if let Some(through) = &through {
                     dispatch!(Level::new(), simd => through.find(simd, at, scratch));
                 }
-                let position = Vec3::from_slice(&scene.strands.points[at.point]);
                 let arriving = |ix: usize, light: &LightRecord| {
-                    let lifted = position + Vec3::from(light.direction) * lift;
-                    let g = grid_position(self.grid, lifted);
-                    let record = record_at(self.grid, &self.records[ix * n_voxels..], g);
+                    let records = &self.records[ix * n_voxels..];
+                    let point = &scene.strands.points[at.point];
+                    let record = record_at_point(self.grid, records, point, light.direction);
                     let (mut unblocked, mut unblocked_tt) = (record.shares[0], record.shares[0]);
                     let slot = light.shadow_index;
                     if let Some(maps) = self.maps.filter(|_| slot != NO_SLOT) {

@@ -224,6 +224,9 @@ impl Frame {
         if self.proxies.is_none() {
             self.proxies = self.lit_proxies(picturing);
         }
+        if quality != Quality::Carried {
+            self.carried_from = None;
+        }
         self.shaded = Some(Shaded {
             paint: picturing.scene.shared_paint().cloned(),
             quality,

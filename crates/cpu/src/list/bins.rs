@@ -2,9 +2,7 @@
 
 use super::super::pieces::{LEAST_LENGTH, bend, between, n_pieces};
 use super::super::screen_point::ScreenPoint;
-
-/// Side of a tile, px.
-pub(super) const TILE: u32 = 16;
+use super::super::triangles::TILE;
 
 /// A segment on the screen.
 #[derive(Clone, Copy)]

@@ -6,14 +6,18 @@ use strandlight_scene::camera::{ViewUniform, WIDE_PX};
 
 use super::super::pieces::{BEYOND_TIP, round_tip};
 use super::super::screen_point::ScreenPoint;
+use super::super::triangles::TILE;
 use super::super::triangles::Triangles;
-use super::bins::{Piece, Ribbon, TILE, key};
+use super::bins::{Piece, Ribbon, key};
 use super::blocked::{Blocked, ProxyEntry, block};
 use super::pixel::{Drawn, Entry, Pixel, Waiting};
 use super::places::{FARTHEST, PLACES, PLACES_SIDE, linear, sum};
 
 /// Pixels of a tile.
 const TILE_PIXELS: usize = (TILE * TILE) as usize;
+
+// Rows are bits of a word.
+const _: () = assert!(TILE < 32);
 
 /// Segments whose ends are fetched at a time: fetching one does not wait for the other.
 const FETCHED: usize = 16;

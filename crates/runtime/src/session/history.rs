@@ -71,12 +71,15 @@ impl History {
         };
         if self.is_open && self.done.back().is_some_and(is_more) {
             if let Some(last) = self.done.pop_back() {
-                self.add(label, joined(last.step, step));
+                let joined = joined(last.step, step);
+                // Where nothing is left, the newest step is an earlier one.
+                self.is_open = joined.is_some();
+                self.add(label, joined);
             }
         } else {
             self.add(label, Some(step));
+            self.is_open = true;
         }
-        self.is_open = true;
     }
 
     fn add(&mut self, label: &str, step: Option<Step>) {
@@ -152,6 +155,19 @@ impl History {
             if let Step::Scene { before, after, .. } = &mut entry.step {
                 change(before);
                 change(after);
+            }
+        }
+    }
+
+    /// Changes all that is remembered of files.
+    pub fn for_each_snapshot(&mut self, change: impl Fn(&mut AssetSnapshot)) {
+        for entry in self.done.iter_mut().chain(&mut self.undone) {
+            if let Step::Scene {
+                snapshot: Some(snapshots),
+                ..
+            } = &mut entry.step
+            {
+                snapshots.iter_mut().for_each(&change);
             }
         }
     }

@@ -18,22 +18,15 @@ pub(super) struct OnDisk {
 
 impl OnDisk {
     pub fn new(path: &Path, scene: &Scene, paint_state: PaintState, files: &Files) -> OnDisk {
-        let written = [path.to_owned(), scene.groom_path(), scene.lights_path()]
-            .into_iter()
-            .chain(scene.tables_path())
-            .chain(scene.lut_path())
-            .chain(scene.panorama_path())
-            .chain(scene.frame_paths())
-            .chain(scene.mesh_paths().into_iter().map(|(_, path)| path))
-            .map(|path| {
-                let time = files.modified(&path);
-                (path, time)
-            })
-            .collect();
+        let paths = [path.to_owned()].into_iter().chain(scene.file_paths());
+        let written = paths.map(|path| {
+            let time = files.modified(&path);
+            (path, time)
+        });
         OnDisk {
             scene: scene.clone(),
             paint_state,
-            written,
+            written: written.collect(),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Saving, reading again, and what the disk holds.
 
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 use std::time::SystemTime;
 
 use strandlight_formats::{BakedFile, Groom, ProxySection, Scene};
@@ -13,6 +14,7 @@ use super::{Change, Session};
 use crate::error::SessionError;
 use strandlight_scene::SceneError;
 use strandlight_scene::assets::{Assets, ModesToRead};
+use strandlight_scene::files::Files;
 
 /// Parameter of a groom that a save has made: such a file may be replaced by the next save.
 const SAVED_BY: (&str, &str) = ("saved_by", "strandview");
@@ -61,6 +63,13 @@ impl Session {
         self.on_disk.written.iter().any(changed)
     }
 
+    /// The scene and all files that it names.
+    #[cfg(feature = "ui")]
+    pub(crate) fn file_paths(&self) -> Vec<PathBuf> {
+        let scene = [self.path.clone()].into_iter();
+        scene.chain(self.scene.file_paths()).collect()
+    }
+
     /// A file that [`Session::save`] would replace although another program has written it since it
     /// was read or saved.
     pub fn conflict(&self) -> Option<&Path> {
@@ -93,7 +102,7 @@ impl Session {
     pub fn path_in_scene(&self, path: &Path) -> PathBuf {
         match path.strip_prefix(&self.scene.folder) {
             Ok(below) => below.to_owned(),
-            Err(_) => path_from(&self.scene.folder, path, Path::new("")),
+            Err(_) => path_from(&self.scene.folder, path),
         }
     }
 
@@ -146,7 +155,7 @@ impl Session {
     /// here and are in memory only are written beside the scene, under free names.
     ///
     /// # Errors
-    /// What cannot be written, by name; a groom that was written before it stays.
+    /// What cannot be written, by name. What was written before it and is new goes again.
     pub fn save_as(&mut self, path: &Path) -> Result<Saved, SessionError> {
         self.save_to(path, None)
     }
@@ -160,46 +169,72 @@ impl Session {
         self.save_to(path, Some(groom))
     }
 
+    /// Writes what [`Session::save_as`] writes, and stays the document that it is.
+    ///
+    /// # Errors
+    /// As there.
+    pub(crate) fn save_copy(&self, path: &Path) -> Result<Saved, SessionError> {
+        Ok(self.plan_save(path, None)?.write(&self.files)?)
+    }
+
     fn save_to(&mut self, path: &Path, groom: Option<&Path>) -> Result<Saved, SessionError> {
+        let plan = self.plan_save(path, groom)?;
+        let saved = plan.write(&self.files)?;
+        self.adopt(plan);
+        Ok(saved)
+    }
+
+    /// All that is to be written, so that whatever cannot be is known before anything is.
+    fn plan_save(&self, path: &Path, groom: Option<&Path>) -> Result<SavePlan, SessionError> {
         self.check_target(path)?;
         let folder = path.parent().map(Path::to_owned).unwrap_or_default();
         let mut scene = self.scene.clone();
         let is_painted = self.has_own_groom() || groom.is_some();
         move_to(&mut scene, &folder);
-        let made = self.place_held(&mut scene, is_painted);
-        let mut saved = Saved::default();
-        for Held { from, to, bytes } in &made {
-            self.files.write(to, bytes)?;
-            self.files.release(from);
-            saved.files.push(to.clone());
-        }
-        if is_painted {
-            let to = groom.map_or_else(|| self.groom_to_write(path), Path::to_owned);
-            // Asked before anything is written, so that not one of two files is.
-            scene.groom.file = match to.strip_prefix(&folder) {
-                Ok(below) => below.to_owned(),
-                Err(_) => path_from(&folder, &to, Path::new("")),
-            };
-            scene.to_toml_string()?;
-            let bytes = self.painted_groom().to_bytes()?;
-            self.files.write(&to, &bytes)?;
-            self.written_grooms.insert(scene.groom_path());
-            saved.files.push(to);
-        }
+        let held = self.place_held(&mut scene, is_painted);
+        let painted = match is_painted {
+            true => {
+                let to = groom.map_or_else(|| self.groom_to_write(path), Path::to_owned);
+                scene.groom.file = match to.strip_prefix(&folder) {
+                    Ok(below) => below.to_owned(),
+                    Err(_) => path_from(&folder, &to),
+                };
+                Some((to, self.painted_groom().to_bytes()?))
+            }
+            false => None,
+        };
         let old = self.files.read(&self.path, Scene::MAX_BYTES);
         let old = String::from_utf8(old.unwrap_or_default()).unwrap_or_default();
-        let text = scene.to_toml_over(&old)?;
-        self.files.write(path, text.as_bytes())?;
-        saved.files.push(path.to_owned());
-        // What can be undone moves along, and keeps the new files.
+        Ok(SavePlan {
+            text: scene.to_toml_over(&old)?,
+            path: path.to_owned(),
+            scene,
+            held,
+            painted,
+        })
+    }
+
+    /// The document is what was written. What can be undone moves along, and keeps the new files.
+    fn adopt(&mut self, plan: SavePlan) {
+        let SavePlan {
+            path,
+            scene,
+            held,
+            painted,
+            ..
+        } = plan;
+        for Held { from, .. } in &held {
+            self.files.release(from);
+        }
+        let folder = &scene.folder;
         let (old_groom, old_lights) = (self.scene.groom_path(), self.scene.lights_path());
         self.history.for_each_scene(|remembered| {
             let has_groom = remembered.groom_path() == old_groom;
             let has_lights = remembered.lights_path() == old_lights;
             let (meshes, panorama) = (remembered.mesh_paths(), remembered.panorama_path());
-            move_to(remembered, &folder);
+            move_to(remembered, folder);
             if let (Some(from), Some(file)) = (panorama, &mut remembered.lights.panorama)
-                && let Some(held) = made.iter().find(|held| held.from == from)
+                && let Some(held) = held.iter().find(|held| held.from == from)
             {
                 *file = held.name();
             }
@@ -211,22 +246,32 @@ impl Session {
             }
             for (ix, from) in meshes {
                 if let Some(ProxySection::Mesh { mesh, .. }) = remembered.proxies.get_mut(ix)
-                    && let Some(held) = made.iter().find(|held| held.from == from)
+                    && let Some(held) = held.iter().find(|held| held.from == from)
                 {
                     *mesh = held.name();
                 }
             }
         });
         self.history.close();
-        self.scene = scene;
-        self.path = path.to_owned();
         let state = self.snapshot.paint_state;
-        if is_painted {
-            self.snapshot.file_state = Some(state);
+        if painted.is_some() {
+            self.written_grooms.insert(scene.groom_path());
+            self.groom_file_has(Some(state));
         }
+        (self.scene, self.path) = (scene, path);
         self.on_disk = OnDisk::new(&self.path, &self.scene, state, &self.files);
         self.cli_overrides.clear();
-        Ok(saved)
+    }
+
+    /// The file of the groom is in another state of paint and mask, for all steps with that groom.
+    fn groom_file_has(&mut self, state: Option<PaintState>) {
+        let groom = Arc::clone(&self.snapshot.assets.groom);
+        self.snapshot.file_state = state;
+        self.history.for_each_snapshot(|snapshot| {
+            if Arc::ptr_eq(&snapshot.assets.groom, &groom) {
+                snapshot.file_state = state;
+            }
+        });
     }
 
     /// Free names beside `scene` for those of its files that are in memory only, by which it names
@@ -280,16 +325,20 @@ impl Session {
         let ours = |(key, value): &(String, String)| (&**key, &**value) == (SAVED_BY.0, SAVED_BY.1);
         let parameters = &self.snapshot.assets.groom.source.parameters;
         let groom = self.scene.groom_path();
-        let is_ours = self.written_grooms.contains(&groom) || parameters.iter().any(ours);
-        // Another scene gets a groom of its own.
-        if is_ours && path == self.path {
-            return groom;
-        }
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let named = |ix: u32| match ix {
             1 => path.with_file_name(format!("{stem}-painted.groom")),
             ix => path.with_file_name(format!("{stem}-painted-{ix}.groom")),
         };
+        // A painted groom of another scene stays that scene's, whoever names it too.
+        let is_named_so = groom.parent() == path.parent()
+            && (groom.file_stem().unwrap_or_default().to_string_lossy())
+                .starts_with(&format!("{stem}-painted"));
+        let is_of_file = self.on_disk.scene.groom_path() == groom;
+        let is_saved_before = is_of_file && is_named_so && parameters.iter().any(ours);
+        if path == self.path && (is_saved_before || self.written_grooms.contains(&groom)) {
+            return groom;
+        }
         let free = (1..10_000).map(named).find(|path| !self.files.exists(path));
         free.unwrap_or_else(|| named(10_000))
     }
@@ -323,8 +372,9 @@ impl Session {
         let state = self.next_paint_state();
         let after = AssetSnapshot::new(assets, state)?;
         self.on_disk = OnDisk::new(&self.path, &scene, PaintState::of(state), &self.files);
-        let mut before = std::mem::replace(&mut self.snapshot, after.clone());
-        before.file_state = None;
+        // What its file had is no more.
+        self.groom_file_has(None);
+        let before = std::mem::replace(&mut self.snapshot, after.clone());
         let step = Step::Scene {
             before: Box::new(std::mem::replace(&mut self.scene, scene.clone())),
             after: Box::new(scene),
@@ -337,11 +387,44 @@ impl Session {
     }
 }
 
+/// A document as it is to be written.
+struct SavePlan {
+    path: PathBuf,
+    /// As it will be there, and its text.
+    scene: Scene,
+    text: String,
+    /// Files that are in memory only.
+    held: Vec<Held>,
+    /// Where the painted groom goes, and what it is.
+    painted: Option<(PathBuf, Vec<u8>)>,
+}
+
+impl SavePlan {
+    /// Writes the files, the scene last. Where one cannot be written, those before it that were not there are taken away.
+    fn write(&self, files: &Files) -> Result<Saved, strandlight_formats::Error> {
+        let held = self.held.iter().map(|held| (&held.to, &held.bytes[..]));
+        let painted = self.painted.iter().map(|(to, bytes)| (to, &bytes[..]));
+        let scene = std::iter::once((&self.path, self.text.as_bytes()));
+        let (mut saved, mut is_new) = (Saved::default(), Vec::new());
+        for (to, bytes) in held.chain(painted).chain(scene) {
+            is_new.push(!files.exists(to));
+            if let Err(error) = files.write(to, bytes) {
+                for (made, _) in saved.files.iter().zip(is_new).filter(|(_, is_new)| *is_new) {
+                    files.remove(made);
+                }
+                return Err(error);
+            }
+            saved.files.push(to.clone());
+        }
+        Ok(saved)
+    }
+}
+
 /// A file that was made and is in memory only: where it is held, and where it is written.
 struct Held {
     from: PathBuf,
     to: PathBuf,
-    bytes: std::sync::Arc<[u8]>,
+    bytes: Arc<[u8]>,
 }
 
 impl Held {
@@ -385,15 +468,15 @@ fn move_to(scene: &mut Scene, folder: &Path) {
     let panorama = scene.lights.panorama.as_mut();
     let files = files.into_iter().chain(tables).chain(lut).chain(panorama);
     for file in files.chain(frames).chain(meshes) {
-        *file = path_from(folder, &from.join(&*file), file);
+        // An absolute path stays.
+        if !file.is_absolute() {
+            *file = path_from(folder, &from.join(&*file));
+        }
     }
 }
 
-/// `target` as seen from `folder`; an absolute path as it was `given` stays.
-fn path_from(folder: &Path, target: &Path, given: &Path) -> PathBuf {
-    if given.is_absolute() {
-        return given.to_owned();
-    }
+/// `target` as seen from `folder`.
+fn path_from(folder: &Path, target: &Path) -> PathBuf {
     let (Some(folder), Some(target)) = (whole(folder), whole(target)) else {
         return target.to_owned();
     };

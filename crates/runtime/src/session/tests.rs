@@ -124,6 +124,21 @@ fn steps_are_undone_and_done_again() {
 }
 
 #[test]
+fn a_drag_that_passes_its_start_is_a_step_of_its_own() {
+    let mut session = session();
+    edit(&mut session, "eta", |s| s.hair.eta = 1.6);
+    session.commit();
+    for eta in [1.7, 1.6, 1.8] {
+        edit(&mut session, "eta", |s| s.hair.eta = eta);
+    }
+    session.commit();
+    session.undo();
+    assert_eq!(session.scene().hair.eta, 1.6);
+    session.undo();
+    assert_eq!(session.scene().hair.eta, 1.55);
+}
+
+#[test]
 fn history_is_bounded() {
     let mut session = session();
     for step in 0..MAX_STEPS + 20 {

@@ -304,7 +304,7 @@ impl Workspace {
             if let Err(error) = self.viewer.set_time(seconds) {
                 self.fail(&error.to_string());
             }
-            (self.is_stale, self.moved_at) = (true, version);
+            (self.is_unlogged, self.moved_at) = (true, version);
         }
     }
 
@@ -361,7 +361,7 @@ impl Workspace {
 
     /// Notes something after which the picture is another.
     pub(super) fn changed(&mut self, event: &str, more: Value) {
-        (self.is_stale, self.awaited) = (true, Some(self.viewer.display().version()));
+        (self.is_unlogged, self.awaited) = (true, Some(self.viewer.display().version()));
         self.log.write(event, more);
     }
 

@@ -2,6 +2,7 @@
 
 #[cfg(not(target_arch = "wasm32"))]
 mod native {
+    use std::collections::HashMap;
     use std::path::{Path, PathBuf};
     use std::time::{Duration, SystemTime};
 
@@ -17,7 +18,8 @@ mod native {
     pub struct Document {
         path: PathBuf,
         name: String,
-        seen: Vec<(PathBuf, Option<SystemTime>)>,
+        /// When files were written that the scene names or has named.
+        seen: HashMap<PathBuf, Option<SystemTime>>,
         next_poll: Instant,
         pictures: u32,
     }
@@ -28,7 +30,7 @@ mod native {
             let mut document = Document {
                 path: PathBuf::new(),
                 name: String::new(),
-                seen: Vec::new(),
+                seen: HashMap::new(),
                 next_poll: Instant::now() + POLL,
                 pictures: 0,
             };
@@ -39,27 +41,16 @@ mod native {
         /// The scene's files were written or read just now.
         pub fn saved(&mut self, viewer: &Viewer) {
             let session = viewer.session();
-            let scene = session.scene();
             self.path = session.path().to_owned();
             self.name = match self.path.file_name() {
                 Some(name) => name.to_string_lossy().into_owned(),
                 None => "scene".to_owned(),
             };
-            let files = [Some(self.path.clone()), Some(scene.groom_path())];
-            let others = [
-                Some(scene.lights_path()),
-                scene.tables_path(),
-                scene.lut_path(),
-                scene.panorama_path(),
-            ];
-            let meshes = scene.mesh_paths().into_iter().map(|(_, path)| path);
-            self.seen = (files.into_iter().chain(others).flatten())
-                .chain(meshes)
-                .map(|path| {
-                    let time = modified(&path);
-                    (path, time)
-                })
-                .collect();
+            let seen = session.file_paths().into_iter().map(|path| {
+                let time = modified(&path);
+                (path, time)
+            });
+            self.seen = seen.collect();
         }
 
         /// The name of the scene's file.
@@ -107,20 +98,21 @@ mod native {
             Some(self.next_poll)
         }
 
-        /// Has a file changed since it was last read or written? Looks once a second.
-        pub fn poll(&mut self, now: Instant) -> bool {
+        /// Has a file of `viewer`'s scene changed since it was last read or written? Looks once a second.
+        pub fn poll(&mut self, now: Instant, viewer: &Viewer) -> bool {
             if now < self.next_poll {
                 return false;
             }
             self.next_poll = now + POLL;
             let mut is_changed = false;
-            for (path, seen) in &mut self.seen {
+            for path in viewer.session().file_paths() {
                 // A file that is being replaced is not there for a moment.
-                let Some(time) = modified(path) else { continue };
-                if *seen != Some(time) {
-                    *seen = Some(time);
-                    is_changed = true;
-                }
+                let Some(time) = modified(&path) else {
+                    continue;
+                };
+                // What an edit has named was read then.
+                let seen = self.seen.insert(path, Some(time));
+                is_changed |= seen.is_some_and(|seen| seen != Some(time));
             }
             is_changed
         }
@@ -200,7 +192,7 @@ mod web {
         }
 
         /// Never.
-        pub fn poll(&mut self, _: Instant) -> bool {
+        pub fn poll(&mut self, _: Instant, _: &Viewer) -> bool {
             false
         }
 

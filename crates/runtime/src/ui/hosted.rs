@@ -138,7 +138,7 @@ impl Hosted {
     /// # Errors
     /// No scene.
     pub fn is_done(&self) -> Result<bool, HostedError> {
-        self.with(|workspace| Ok(!workspace.is_stale))
+        self.with(|workspace| Ok(!workspace.is_unlogged))
     }
 
     /// Calls `done` with a PNG of the picture as it is.

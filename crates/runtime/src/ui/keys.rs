@@ -38,7 +38,7 @@ pub enum Command {
     Look(Side),
     /// Writes the picture as a PNG.
     Screenshot,
-    /// Asks for size, samples, format and name, and writes the picture so.
+    /// Asks for size, frames, layers and name, and writes the picture so.
     Still,
     /// Saves the hair as a preset of one's own.
     SavePreset,

@@ -10,7 +10,7 @@ use super::job::Job;
 use super::keys::{self, Command};
 #[cfg(not(target_arch = "wasm32"))]
 use super::legend;
-use super::looks::Looks;
+use super::looks::{LookView, Looks};
 use super::menus::{self, MenuInput};
 use super::orbit::Bounds;
 use super::panel::camera::CameraState;
@@ -99,7 +99,7 @@ pub struct UiState {
     /// A field was being typed in when the last frame ended.
     pub is_typing: bool,
     /// Files of the scene changed on disk while there are changes here.
-    pub is_stale: bool,
+    pub has_changed_on_disk: bool,
     /// The last thing that was done, for the status line.
     pub message: String,
     /// What failed, until it is dismissed or the next success.
@@ -180,7 +180,7 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
             .frame(frame(8))
             .show(ui, |ui| status(ui, input, state, &mut output.changes));
     }
-    if !state.is_bare && (state.error.is_some() || state.is_stale) {
+    if !state.is_bare && (state.error.is_some() || state.has_changed_on_disk) {
         Panel::top("notices")
             .resizable(false)
             .frame(frame(8).fill(egui::Color32::from_gray(44)))
@@ -236,7 +236,7 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
         .paint
         .mask_layer
         .show(ui, input.viewer.mask_display(), response.rect);
-    wipe(ui, state, &camera, &viewport, response.rect, changes);
+    wipe(ui, state, input.viewer, response.rect, changes);
     #[cfg(not(target_arch = "wasm32"))]
     legend::show(ui, input.viewer, viewport.hover, response.rect);
     state.paint.show_photo(ui.ctx(), changes);
@@ -285,8 +285,7 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
 fn wipe(
     ui: &mut Ui,
     state: &mut UiState,
-    camera: &Camera,
-    viewport: &ViewportInput,
+    viewer: &Viewer,
     rect: egui::Rect,
     changes: &mut Changes,
 ) {
@@ -295,7 +294,7 @@ fn wipe(
         return;
     }
     let painter = ui.painter().with_clip_rect(rect);
-    let says = match looks.left(camera, viewport.size) {
+    let says = match looks.left(&LookView::of(viewer)) {
         Some(shown) => {
             shown.paint(&painter, rect, looks.at);
             String::new()
@@ -608,7 +607,7 @@ fn notices(ui: &mut Ui, state: &mut UiState, output: &mut UiOutput) {
             }
         });
     }
-    if state.is_stale {
+    if state.has_changed_on_disk {
         ui.horizontal_wrapped(|ui| {
             let text = "The scene's files changed on disk. You have unsaved changes.";
             ui.label(RichText::new(text).color(theme::WARNING));

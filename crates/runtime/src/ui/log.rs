@@ -8,8 +8,10 @@
 //! pixels, whenever that changes), `drawn` (a frame of the window is on screen), `shown` (that has a picture, if a draft,
 //! of a change since), `frame` (a picture
 //! has all its samples), `view` (another view), `question` (its name), `opened` (another scene),
-//! `edit`, `stroke`, `undo`, `redo`, `saved`, `reloaded`, `picked` (the light that makes a
-//! highlight), `picture` (a PNG), `resized`, `error`, `lost` (a device), `closed`.
+//! `edit`, `stroke`, `flood`, `color` (of a brush, from the picture), `undo`, `redo`, `saved`, `reloaded`, `picked` (the light that makes a
+//! highlight), `picture` (a PNG), `thumbnail` (of a step), `kept` and `look` (a look was kept, or drawn to be compared), `job` (work that
+//! the window waits for), `mask`, `inspect` and `inspected`, `ground_truth` and `truth` (how far it is), `resized`, `error`, `lost`
+//! (a device), `closed`.
 
 use serde_json::{Value, json};
 use web_time::Instant;

@@ -4,6 +4,7 @@
 use egui::{ColorImage, Rect, TextureHandle, TextureOptions};
 use strandlight_formats::{HairSection, LightsSection, RenderSection, Scene, VariationSection};
 
+use crate::viewer::Viewer;
 use strandlight_scene::Camera;
 
 /// Most looks that are kept; each holds a picture.
@@ -43,19 +44,38 @@ impl Look {
     }
 }
 
-/// A picture of a look, and what it was seen from.
-#[derive(Clone)]
-pub struct Shown {
+/// What a picture of a look is of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LookView {
     /// From where.
     pub camera: Camera,
     /// Width and height, pixels.
     pub size: [u32; 2],
+    /// [`Viewer::n_beside_look`].
+    n_beside_look: u64,
+}
+
+impl LookView {
+    /// That of the picture that `viewer` shows.
+    pub fn of(viewer: &Viewer) -> LookView {
+        LookView {
+            camera: viewer.prepared().camera,
+            size: viewer.size(),
+            n_beside_look: viewer.n_beside_look(),
+        }
+    }
+}
+
+/// A picture of a look.
+#[derive(Clone)]
+pub struct Shown {
+    view: LookView,
     texture: TextureHandle,
 }
 
 impl std::fmt::Debug for Shown {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Shown").field("size", &self.size).finish()
+        f.debug_struct("Shown").field("view", &self.view).finish()
     }
 }
 
@@ -182,30 +202,24 @@ impl Looks {
     }
 
     /// The picture to the left of the line, if there is one of this view.
-    pub fn left(&self, camera: &Camera, size: [u32; 2]) -> Option<&Shown> {
+    pub fn left(&self, view: &LookView) -> Option<&Shown> {
         let shown = self.chosen()?.shown.as_ref()?;
-        let is_same = shown.camera == *camera && shown.size == size;
-        (self.is_wiping && is_same).then_some(shown)
+        (self.is_wiping && shown.view == *view).then_some(shown)
     }
 
     /// Has the look that is compared to be drawn for this view?
-    pub fn wants(&self, camera: &Camera, size: [u32; 2]) -> bool {
+    pub fn wants(&self, view: &LookView) -> bool {
         self.is_wiping
-            && !size.contains(&0)
+            && !view.size.contains(&0)
             && self.chosen().is_some()
-            && self.left(camera, size).is_none()
+            && self.left(view).is_none()
     }
 }
 
 impl Shown {
     /// A picture in memory, sRGB times alpha, as a texture.
-    pub fn new(
-        egui: &egui::Context,
-        camera: Camera,
-        size: [u32; 2],
-        pixels: &[[u8; 4]],
-    ) -> Option<Shown> {
-        let sides = size.map(|side| side as usize);
+    pub fn new(egui: &egui::Context, view: LookView, pixels: &[[u8; 4]]) -> Option<Shown> {
+        let sides = view.size.map(|side| side as usize);
         if pixels.len() != sides[0] * sides[1] || pixels.is_empty() {
             return None;
         }
@@ -214,11 +228,7 @@ impl Shown {
             .map(|&[r, g, b, a]| egui::Color32::from_rgba_premultiplied(r, g, b, a));
         let image = ColorImage::new(sides, colors.collect());
         let texture = egui.load_texture("look", image, TextureOptions::NEAREST);
-        Some(Shown {
-            camera,
-            size,
-            texture,
-        })
+        Some(Shown { view, texture })
     }
 
     /// Paints the part of it that lies left of `split` (a share of `rect`).
@@ -233,7 +243,7 @@ impl Shown {
 
     /// Paints its middle in `rect`.
     pub fn paint_small(&self, painter: &egui::Painter, rect: Rect) {
-        let [width, height] = self.size.map(|side| side as f32);
+        let [width, height] = self.view.size.map(|side| side as f32);
         let wanted = rect.width() / rect.height();
         let (u, v) = match width / height > wanted {
             true => (wanted * height / width, 1.0),

@@ -31,7 +31,7 @@ pub enum Question {
     },
     /// What picture to write, and where.
     Still {
-        /// Size, samples and file.
+        /// Size, frames, layers and file.
         still: Box<Still>,
         /// Why it could not be written.
         failure: Option<String>,

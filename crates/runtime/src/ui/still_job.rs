@@ -77,7 +77,8 @@ impl Workspace {
                 scene.camera = Some(view);
                 scene.render.size = still.size;
             })?;
-            session.save_as(&scene)?;
+            // Files that are in memory only stay there.
+            session.save_copy(&scene)?;
             let mut arguments = vec!["render".into(), scene.into_os_string()];
             arguments.extend(["--time".into(), seconds.to_string().into()]);
             arguments.extend(["--backend".into(), backend.into()]);

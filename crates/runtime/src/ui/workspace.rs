@@ -52,8 +52,7 @@ const MOST_ROUGH: u32 = 4;
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) struct LookJob {
     pub name: String,
-    pub camera: strandlight_scene::Camera,
-    pub size: [u32; 2],
+    pub view: super::looks::LookView,
     pub answer: std::sync::mpsc::Receiver<Option<Vec<[u8; 4]>>>,
 }
 
@@ -104,7 +103,7 @@ pub struct Workspace {
     pub(super) is_empty: bool,
     pub(super) is_first: bool,
     /// The finished picture of what is shown now was not logged yet.
-    pub(super) is_stale: bool,
+    pub(super) is_unlogged: bool,
     /// Of a change of which nothing is on screen yet: the picture that was.
     pub(super) awaited: Option<u64>,
     /// What the page was last told of the picture.
@@ -191,7 +190,7 @@ impl Workspace {
             title: String::new(),
             is_empty: true,
             is_first: true,
-            is_stale: true,
+            is_unlogged: true,
             awaited: None,
             #[cfg(target_arch = "wasm32")]
             told: PictureProgress::default(),
@@ -272,7 +271,7 @@ impl Workspace {
     /// look again.
     pub fn on_time(&mut self) -> Option<Instant> {
         let now = Instant::now();
-        if self.document.poll(now) {
+        if self.document.poll(now, &self.viewer) {
             self.on_files();
         }
         #[cfg(not(target_arch = "wasm32"))]
@@ -545,7 +544,7 @@ impl Workspace {
             self.is_first = false;
             self.log.write("ready", json!({ "device": device() }));
         }
-        if self.progress.is_done && std::mem::take(&mut self.is_stale) {
+        if self.progress.is_done && std::mem::take(&mut self.is_unlogged) {
             let samples = self.progress.samples;
             self.log.write("frame", json!({ "samples": samples }));
             #[cfg(not(target_arch = "wasm32"))]

@@ -40,7 +40,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         self.active_stroke = Some(active_stroke);
         match changed {
             Some(_) if is_of_mask => {
-                self.mask_view.is_outdated();
+                self.mask_view.set_outdated();
                 Ok(())
             }
             Some(range) => self.show(&Change::painted(range)),

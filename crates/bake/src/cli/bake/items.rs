@@ -6,10 +6,10 @@ use std::path::Path;
 use serde_json::{Value, json};
 use strandlight_bake::manifest::{self, Item, Judgement, Manifest, judge};
 
-use strandlight_formats::output_target;
+use strandlight_formats::TakenFiles;
 
 use super::kinds::{KINDS, resolve};
-use crate::cli::{Failure, Outcome, check_outputs, is_stream};
+use crate::cli::{Failure, Outcome, check_not_taken, check_outputs, is_stream};
 
 /// A manifest and its items.
 pub fn read(path: &Path) -> Result<(Manifest, Vec<Item>), Failure> {
@@ -26,24 +26,15 @@ pub fn check_beside(inputs: &[&Path], items: &[Item], outputs: &[&Path]) -> Outc
     if outputs.iter().find(is_file).is_none() {
         return Ok(());
     }
-    let place = |path: &Path| output_target(path).ok();
+    let mut taken = TakenFiles::default();
     let read: HashSet<_> = items.iter().filter_map(Item::input_path).collect();
-    let read: HashSet<_> = read.iter().filter_map(|path| place(path)).collect();
+    taken.add(read, "an input of the manifest");
     let made = items.iter().flat_map(|item| {
         let outputs = item.outputs.iter();
-        outputs.filter_map(|output| place(&item.resolve(&output.path)))
+        outputs.map(|output| item.resolve(&output.path))
     });
-    let made: HashSet<_> = made.collect();
-    for path in outputs {
-        let Some(target) = place(path) else { continue };
-        let what = match () {
-            () if read.contains(&target) => "is an input of the manifest",
-            () if made.contains(&target) => "is an output of the manifest",
-            () => continue,
-        };
-        return Err(Failure::file(path, format!("{what}; name another file")));
-    }
-    Ok(())
+    taken.add(made, "an output of the manifest");
+    check_not_taken(&taken, outputs)
 }
 
 /// What is known of each item.

@@ -1,15 +1,28 @@
 //! Tables as arrays for other programs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use strandlight_formats::{Axis, Table, TableFile};
 use strandlight_scattering::circular_gaussian::circular_gaussian_integral;
 use strandlight_scattering::table_layout::{C_AXIS_NAMES, C_CHANNELS, C_FROM_B};
 
-use super::super::Failure;
+use super::super::{Failure, Outcome};
 use super::npy;
 use super::output::Output;
 use strandlight_images::exr_file;
+
+/// Refuses tables of `input` whose names would lead elsewhere than the files that are named after them.
+pub fn check_names(input: &Path, file: &TableFile) -> Outcome {
+    let axes = file.tables.iter().flat_map(|table| &table.axes);
+    let names = file.tables.iter().map(|table| &table.name);
+    for name in names.chain(axes.map(|axis| &axis.name)) {
+        if name.contains(['/', '\\']) || name == ".." {
+            let what = format!("{name:?} names a table or an axis, and cannot name a file");
+            return Err(Failure::file(input, what));
+        }
+    }
+    Ok(())
+}
 
 /// One `.npy` of shape [channel, axis 0, axis 1, ...] for each table, and one vector for each of
 /// its axes.

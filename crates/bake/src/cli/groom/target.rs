@@ -10,7 +10,9 @@ use strandlight_formats::{
 
 use super::kept::note_kept;
 use super::presets::Preset;
-use crate::cli::{Failure, Outcome, is_stream, note, print_line, write_output};
+use crate::cli::{
+    Failure, Outcome, check_own_extension, is_stream, note, print_line, write_output,
+};
 
 /// What the command line says of a file that is written.
 #[derive(Clone, Copy, Default)]
@@ -222,7 +224,7 @@ pub fn check_groom_name(path: &Path) -> Outcome {
             let what = "a .groom is written; name it so, or use groom convert for other formats";
             Err(Failure::file(path, what))
         }
-        _ => Ok(()),
+        _ => check_own_extension(path, "groom"),
     }
 }
 

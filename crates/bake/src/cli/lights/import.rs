@@ -8,7 +8,7 @@ use strandlight_formats::{
     BakedFile, LightSet, LightSetInfo, NpyArray, SrbfLight, content_hash, read_file,
 };
 
-use crate::cli::{Failure, Outcome, check_outputs, print_line, write_output};
+use crate::cli::{Failure, Outcome, check_outputs, check_own_extension, print_line, write_output};
 
 /// Longest file that is read, bytes.
 const MAX_BYTES: u64 = 64 << 20;
@@ -43,6 +43,7 @@ struct Light {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     check_outputs(&[&args.input], &[&args.output])?;
+    check_own_extension(&args.output, "lights")?;
     let bytes = read_file(&args.input, MAX_BYTES).map_err(Failure::input)?;
     let set = set_of(&bytes).map_err(|what| Failure::file(&args.input, what))?;
     let file = set

@@ -11,7 +11,7 @@ use strandlight_runtime::{ScriptError, Session, Viewer};
 use strandlight_scene::files::Files;
 use strandlight_scene::provenance::Recorder;
 use strandlight_scene::stats::FrameStats;
-use strandlight_scene::{Backend, Picture, RenderError};
+use strandlight_scene::{Backend, Picture};
 
 use super::args::{Args, Format, format_of};
 use crate::cli::shard::Shard;
@@ -35,10 +35,11 @@ pub fn run(args: &Args) -> Outcome {
     for frame in script.frames() {
         format_of(&file_of(frame))?;
     }
-    script.check(&session).map_err(|error| match &args.script {
+    let in_script = |error: ScriptError| match &args.script {
         Some(path) => Failure::file(path, error),
         None => Failure::input(error),
-    })?;
+    };
+    script.check(&session).map_err(in_script)?;
     let folder = &args.output;
     output_folder(folder)?;
     let shard = args.shard.shard;
@@ -72,7 +73,10 @@ pub fn run(args: &Args) -> Outcome {
     })?;
     let opened = 1e3 * start.elapsed().as_secs_f64();
     let backend = viewer.renderer().name();
-    let timings = draw(viewer, &script, shard, out)?;
+    let timings = draw(viewer, &script, shard, out).map_err(|stopped| match stopped {
+        Stopped::Script(error) => in_script(error),
+        Stopped::Frame(failure) => failure,
+    })?;
     let mut document = timings.document(&args.scene.display().to_string(), &backend, opened);
     if let Some(shard) = args.shard.shard {
         document["shard"] = json!(shard.to_string());
@@ -121,17 +125,14 @@ fn file_of(frame: &Frame) -> PathBuf {
 }
 
 /// Why a script stopped.
-struct Stopped(Failure);
+enum Stopped {
+    Script(ScriptError),
+    Frame(Failure),
+}
 
 impl From<ScriptError> for Stopped {
     fn from(error: ScriptError) -> Self {
-        Stopped(Failure::input(error))
-    }
-}
-
-impl From<RenderError> for Stopped {
-    fn from(error: RenderError) -> Self {
-        Stopped(Failure::input(error))
+        Stopped::Script(error)
     }
 }
 
@@ -193,16 +194,16 @@ fn draw(
     script: &Script,
     shard: Shard,
     mut out: Out,
-) -> Result<Timings, Failure> {
+) -> Result<Timings, Stopped> {
     let mut numbers = 0..;
-    let done = script.run(&mut viewer, |viewer, frame| -> Result<(), Stopped> {
+    script.run(&mut viewer, |viewer, frame| -> Result<(), Stopped> {
         if !numbers.next().is_some_and(|number| shard.has(number)) {
             return Ok(());
         }
         let file = file_of(frame).display().to_string();
-        let (picture, timing) = FrameTiming::draw(viewer, frame, file)?;
-        out.write(viewer, &picture, timing).map_err(Stopped)
-    });
-    done.map_err(|Stopped(failure)| failure)?;
+        let drawn = FrameTiming::draw(viewer, frame, file).map_err(Failure::input);
+        let written = drawn.and_then(|(picture, timing)| out.write(viewer, &picture, timing));
+        written.map_err(Stopped::Frame)
+    })?;
     Ok(out.timings)
 }

@@ -5,11 +5,11 @@ use std::error::Error;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use strandlight_formats::{OutputTarget, check_writable, output_target, write_file};
+use strandlight_formats::{OutputTarget, TakenFiles, check_writable, output_target, write_file};
 use strandlight_render::gpu::Context;
 use strandlight_runtime::script::{self, Frame, Script};
 use strandlight_runtime::timings::{FrameTiming, Timings};
-use strandlight_runtime::{CpuReason, Session, Viewer};
+use strandlight_runtime::{CpuReason, ScriptError, Session, Viewer};
 use strandlight_scene::provenance::{Provenance, Recorder};
 use strandlight_scene::stats::FrameStats;
 use strandlight_scene::{Picture, RenderError, SceneError, Stats, files};
@@ -70,11 +70,12 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
         return Err(named("the name must end in .png".to_owned()).into());
     }
     let target = target.map_err(|error| named(format!("cannot be written: {error}")))?;
-    check_is_none_of(inputs_of(args), "an input", path, &target)?;
+    let mut taken = inputs_of(args);
+    check_not_taken(&taken, path, &target)?;
     // What is wrong with the scene is said before a device is opened.
     let session = open(args)?;
-    let files = session.scene().file_paths();
-    check_is_none_of(files, "a file of the scene", path, &target)?;
+    taken.add(session.scene().file_paths(), "a file of the scene");
+    check_not_taken(&taken, path, &target)?;
     let mut recorder = Recorder::new(session.files());
     let mut viewer = viewer(args, session)?;
     viewer.set_time(args.time)?;
@@ -96,30 +97,32 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
 }
 
 /// The scene and the script.
-fn inputs_of(args: &Args) -> Vec<PathBuf> {
+fn inputs_of(args: &Args) -> TakenFiles {
     let script = match &args.job {
-        Job::Script(script) => Some(script.clone()),
+        Job::Script(script) => Some(&**script),
         _ => None,
     };
-    std::iter::once(scene_of(args).to_owned())
-        .chain(script)
-        .collect()
+    let mut taken = TakenFiles::default();
+    taken.add([scene_of(args)].into_iter().chain(script), "an input");
+    taken
 }
 
-/// Refuses an output that is one of `files`, of which `what` says what they are.
-fn check_is_none_of(
-    files: Vec<PathBuf>,
-    what: &str,
-    path: &Path,
-    target: &OutputTarget,
-) -> Answer<()> {
-    let OutputTarget::File(output) = target else {
-        return Ok(());
-    };
-    let is_output = |file: PathBuf| file.canonicalize().is_ok_and(|file| file == *output);
-    match files.into_iter().any(is_output) {
-        true => Err(format!("{}: is {what}; name another output", path.display()).into()),
-        false => Ok(()),
+fn check_not_taken(taken: &TakenFiles, path: &Path, target: &OutputTarget) -> Answer<()> {
+    match taken.refusal(target) {
+        Some(what) => Err(format!("{}: {what}", path.display()).into()),
+        None => Ok(()),
+    }
+}
+
+/// Why a script stopped.
+enum Stopped {
+    Script(ScriptError),
+    Frame(Box<dyn Error>),
+}
+
+impl From<ScriptError> for Stopped {
+    fn from(error: ScriptError) -> Self {
+        Stopped::Script(error)
     }
 }
 
@@ -132,27 +135,28 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
             return Err(format!("frame {}: a second {}", frame.name, file.display()).into());
         }
     }
-    script.check(&session).map_err(|error| match &args.job {
+    let in_script = |error: ScriptError| match &args.job {
         Job::Script(path) => format!("{}: {error}", path.display()),
         _ => error.to_string(),
-    })?;
+    };
+    script.check(&session).map_err(in_script)?;
     let cannot = |error| format!("{}: cannot be made: {error}", out.display());
     std::fs::create_dir_all(out).map_err(cannot)?;
     let times = out.join("timings.json");
     check_writable(&times).map_err(|error| cannot_write(&times, &error))?;
+    let mut taken = inputs_of(args);
+    taken.add(session.scene().file_paths(), "a file of the scene");
     let outputs = files.iter().map(|file| out.join(file));
     for path in outputs.chain([times.clone()]) {
         let target = output_target(&path).map_err(|error| cannot_write(&path, &error))?;
-        check_is_none_of(inputs_of(args), "an input", &path, &target)?;
-        let files = session.scene().file_paths();
-        check_is_none_of(files, "a file of the scene", &path, &target)?;
+        check_not_taken(&taken, &path, &target)?;
     }
     let mut viewer = viewer(args, session)?;
     viewer.set_time(args.time)?;
     let opened = 1e3 * start.elapsed().as_secs_f64();
     let mut recorder = Recorder::new(viewer.session().files());
     let mut timings = Timings::default();
-    script.run(&mut viewer, |viewer, frame| -> Answer<()> {
+    let mut write_frame = |viewer: &mut Viewer, frame: &Frame| -> Answer<()> {
         let file = file_of(frame)?;
         let path = out.join(&file);
         let (picture, timing) = FrameTiming::draw(viewer, frame, file.display().to_string())?;
@@ -163,6 +167,13 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
         say(line_about(&path, &picture, &timing.stats, seconds))?;
         timings.push(timing);
         Ok(())
+    };
+    let done = script.run(&mut viewer, |viewer, frame| {
+        write_frame(viewer, frame).map_err(Stopped::Frame)
+    });
+    done.map_err(|stopped| match stopped {
+        Stopped::Script(error) => in_script(error).into(),
+        Stopped::Frame(error) => error,
     })?;
     let backend = viewer.renderer().name();
     let document = timings.document(&scene_of(args).display().to_string(), &backend, opened);

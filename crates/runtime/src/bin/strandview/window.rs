@@ -20,7 +20,7 @@ pub fn run(args: &Args) -> Result<(), String> {
 pub fn run(args: &Args) -> Result<(), String> {
     use std::path::Path;
 
-    use strandlight_formats::Scene;
+    use strandlight_formats::{Scene, TakenFiles, output_target};
     use strandlight_runtime::opening::{self, Openable, kind_of};
     use strandlight_runtime::ui::{EventLog, Launch, run, sample};
     use strandlight_runtime::work::Work;
@@ -31,10 +31,13 @@ pub fn run(args: &Args) -> Result<(), String> {
     let size = set.remove("render.size");
     let size = size.and_then(|size| serde_json::from_value(size).ok());
     // What is wrong with the scene's file is said before a window opens.
+    let mut taken = TakenFiles::default();
+    taken.add(&args.scene, "an input");
     if let Some(path) = &args.scene
         && kind_of(path).map_err(|error| error.to_string())? == Openable::Scene
     {
-        Scene::read(path).map_err(|error| error.to_string())?;
+        let scene = Scene::read(path).map_err(|error| error.to_string())?;
+        taken.add(scene.file_paths(), "a file of the scene");
     }
     let path = args.scene.clone();
     let name = match path.as_deref().and_then(Path::file_name) {
@@ -50,8 +53,14 @@ pub fn run(args: &Args) -> Result<(), String> {
         Ok(session)
     };
     let log = match &args.log {
-        Some(path) => EventLog::to_file(start, path)
-            .map_err(|error| format!("{}: cannot be written: {error}", path.display()))?,
+        Some(path) => {
+            let cannot = |error| format!("{}: cannot be written: {error}", path.display());
+            let target = output_target(path).map_err(cannot)?;
+            if let Some(what) = taken.refusal(&target) {
+                return Err(format!("{}: {what}", path.display()));
+            }
+            EventLog::to_file(start, path).map_err(cannot)?
+        }
         None => EventLog::silent(start),
     };
     let launch = Launch {

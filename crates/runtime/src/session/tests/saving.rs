@@ -157,3 +157,57 @@ fn values_laid_over_the_file_are_how_the_scene_was_opened() {
     session.reload().expect("readable");
     assert_eq!(session.scene().render.samples, 8);
 }
+
+/// A scene of files in memory over those of `folder`.
+fn held_in(folder: &Path) -> Session {
+    let files = Files::over_disk();
+    files.hold(
+        &folder.join("a.toml"),
+        SCENE.replace("../b", "b").as_bytes(),
+    );
+    files.hold(&folder.join("a.groom"), groom(1.0));
+    files.hold(&folder.join("b.lights"), lights());
+    Session::open_in(&folder.join("a.toml"), files).expect("readable")
+}
+
+#[test]
+fn a_copy_leaves_what_is_in_memory_to_the_document() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("copy")).expect("a folder");
+    let session = held_in(folder.path());
+    // As a job in another thread does.
+    session
+        .clone()
+        .save_copy(&at("copy/scene.toml"))
+        .expect("written");
+    Session::open(&at("copy/scene.toml")).expect("all of it is there");
+    std::fs::remove_dir_all(at("copy")).expect("removed");
+    let mut session = session;
+    assert!(session.is_unsaved());
+    let saved = session.save().expect("written");
+    assert_eq!(saved.files, ["a.groom", "b.lights", "a.toml"].map(at));
+    Session::open(&at("a.toml")).expect("all of it is there");
+}
+
+#[test]
+fn a_save_that_fails_can_be_tried_again() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("there")).expect("a folder");
+    let mut session = held_in(folder.path());
+    session.stroke(dyed(0..2, &Paint::unpainted(4)));
+    // The light set is written, the groom cannot be.
+    let scene = at("there/c.toml");
+    let refused = session.save_with_groom(&scene, &at("nowhere/c.groom"));
+    let error = refused.expect_err("no such folder").to_string();
+    assert!(error.contains("c.groom"), "{error}");
+    let left = std::fs::read_dir(at("there")).expect("a folder").count();
+    assert_eq!(left, 0);
+    assert!(session.is_modified() && session.is_unsaved());
+    let saved = session.save_as(&scene).expect("written");
+    let names = ["there/b.lights", "there/c-painted.groom", "there/c.toml"];
+    assert_eq!(saved.files, names.map(at));
+    let again = Session::open(&scene).expect("all of it is there");
+    assert_eq!(again.paint(), session.paint());
+}

@@ -99,3 +99,62 @@ fn painted_hair_is_saved_beside_its_scene() {
     let copy = Session::open_in(Path::new("/t/c.toml"), again.files().clone());
     assert_eq!(weights(&copy.expect("readable")), [1.0; 4]);
 }
+
+#[test]
+fn the_painted_groom_of_another_scene_stays() {
+    let mut first = session();
+    first.stroke(dyed(0..2, &Paint::unpainted(4)));
+    first.save().expect("written");
+    let files = first.files().clone();
+    let painted = Path::new("/s/a-painted.groom");
+    let before = files.read(painted, 1 << 20).expect("there");
+    // One that takes it up, and one that is a copy of the first.
+    files
+        .write(Path::new("/s/b.toml"), SCENE.as_bytes())
+        .expect("written");
+    let copy = files.read(Path::new("/s/a.toml"), 1 << 20).expect("there");
+    files.write(Path::new("/s/c.toml"), &copy).expect("written");
+    for (scene, expected) in [
+        ("/s/b.toml", "/s/b-painted.groom"),
+        ("/s/c.toml", "/s/c-painted.groom"),
+    ] {
+        let mut other = Session::open_in(Path::new(scene), files.clone()).expect("readable");
+        edit(&mut other, "groom", |s| {
+            s.groom.file = "a-painted.groom".into()
+        });
+        let paint = other.paint().cloned().expect("painted");
+        other.stroke(dyed(2..3, &paint));
+        let saved = other.save().expect("written");
+        assert_eq!(saved.files[0], Path::new(expected));
+        // This one is its own.
+        let paint = other.paint().cloned().expect("painted");
+        other.stroke(dyed(3..4, &paint));
+        assert_eq!(other.save().expect("written").files[0], Path::new(expected));
+    }
+    assert_eq!(files.read(painted, 1 << 20).expect("there"), before);
+}
+
+#[test]
+fn strokes_that_were_saved_and_undone_are_changes_across_another_groom() {
+    let mut session = session();
+    session.stroke(dyed(0..2, &Paint::unpainted(4)));
+    edit(&mut session, "groom", |s| {
+        s.groom.file = "taller.groom".into()
+    });
+    session.undo();
+    session.save().expect("written");
+    session.redo();
+    session.undo();
+    assert!(!session.is_modified());
+    // The file has the stroke that is gone now.
+    session.undo();
+    assert!(session.is_modified());
+    session.save().expect("written");
+    let again = Session::open_in(session.path(), session.files().clone());
+    assert!(
+        !again
+            .expect("readable")
+            .paint()
+            .is_some_and(Paint::is_painted)
+    );
+}

@@ -123,36 +123,41 @@ impl Workspace {
             Answer::Replace(asked, path) => match *asked {
                 Question::SaveAs { then, .. } => self.save_as(path, then, true),
                 Question::Still { still, .. } => self.write_still(still, true),
+                Question::Preset { name, .. } => self.save_preset(name, true),
                 _ => {}
             },
             Answer::Overwrite(then) => {
                 self.viewer.keep_mine();
-                self.state.is_stale = false;
+                self.state.has_changed_on_disk = false;
                 self.save(then);
             }
             Answer::Save(then) => self.save(then),
             Answer::Discard(then) => self.go_on(then),
             Answer::KeepMine => {
                 self.viewer.keep_mine();
-                self.state.is_stale = false;
+                self.state.has_changed_on_disk = false;
             }
-            Answer::Preset(name) => self.save_preset(&name),
+            Answer::Preset(name) => self.save_preset(name, false),
         }
         self.is_outdated = true;
     }
 
-    /// Saves the hair as a preset of one's own.
-    fn save_preset(&mut self, name: &str) {
+    /// Saves the hair as a preset of one's own; asks before it replaces another.
+    fn save_preset(&mut self, name: String, is_agreed: bool) {
+        let asked = |name: String, failure| Question::Preset { name, failure };
+        let is_there = |(own, _): &(String, _)| own == name.trim();
+        if !is_agreed && self.state.presets.own().iter().any(is_there) {
+            return self.ask(Question::Replace {
+                path: name.trim().to_owned(),
+                asked: Box::new(asked(name, None)),
+            });
+        }
         let hair = self.viewer.session().scene().hair.clone();
-        match self.state.presets.save(name, &hair) {
+        match self.state.presets.save(&name, &hair) {
             Ok(()) => self.say(&format!("Saved the preset {}", name.trim())),
             Err(failure) => {
                 self.log.write("error", json!({ "message": failure }));
-                let name = name.to_owned();
-                self.ask(Question::Preset {
-                    name,
-                    failure: Some(failure),
-                });
+                self.ask(asked(name, Some(failure)));
             }
         }
     }
@@ -218,6 +223,10 @@ impl Workspace {
         self.document.saved(&self.viewer);
         #[cfg(not(target_arch = "wasm32"))]
         self.state.settings.opened(self.viewer.session().path());
+        // Nothing is lost any more by what others have written.
+        if std::mem::take(&mut self.state.has_changed_on_disk) {
+            self.reload();
+        }
         self.say(&format!("Saved {}", self.document.path_text()));
         self.log
             .write("saved", json!({ "path": self.document.path_text() }));
@@ -227,7 +236,7 @@ impl Workspace {
     pub(in crate::ui) fn on_files(&mut self) {
         self.end_stroke();
         if self.viewer.session().is_modified() {
-            self.state.is_stale = true;
+            self.state.has_changed_on_disk = true;
         } else {
             self.reload();
         }
@@ -235,7 +244,7 @@ impl Workspace {
     }
 
     pub(in crate::ui) fn reload(&mut self) {
-        self.state.is_stale = false;
+        self.state.has_changed_on_disk = false;
         match self.viewer.reload() {
             Ok(_) => {
                 self.document.saved(&self.viewer);

@@ -6,7 +6,7 @@ use strandlight_formats::Scene;
 use crate::error::SessionError;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::session::section_of;
-use crate::ui::looks::{Look, Shown};
+use crate::ui::looks::{Look, LookView, Shown};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::ui::workspace::LookJob;
 use crate::ui::workspace::Workspace;
@@ -23,10 +23,10 @@ impl Workspace {
         #[cfg(target_arch = "wasm32")]
         let is_plain = true;
         let shown = (self.progress.is_done && is_plain).then(|| snapshot::pixels(&self.viewer));
-        let shown = shown.and_then(Result::ok).and_then(|(size, pixels)| {
-            let camera = self.viewer.prepared().camera;
-            Shown::new(&self.egui, camera, size, &pixels)
-        });
+        let view = LookView::of(&self.viewer);
+        let shown = (shown.and_then(Result::ok))
+            .filter(|(size, _)| *size == view.size)
+            .and_then(|(_, pixels)| Shown::new(&self.egui, view, &pixels));
         let name = self.state.looks.keep(look, shown);
         self.say(&format!("Kept the look as {name}"));
         self.log.write("kept", json!({ "name": name }));
@@ -114,8 +114,7 @@ impl Workspace {
                 Ok(pixels) => {
                     if let Some(drawn) = self.look_job.take()
                         && let Some(pixels) = pixels
-                        && let Some(shown) =
-                            Shown::new(&self.egui, drawn.camera, drawn.size, &pixels)
+                        && let Some(shown) = Shown::new(&self.egui, drawn.view, &pixels)
                     {
                         self.state.looks.show(&drawn.name, shown);
                         self.log.write("look", json!({ "name": drawn.name }));
@@ -126,10 +125,9 @@ impl Workspace {
                 Err(TryRecvError::Empty) => return,
             }
         }
-        let camera = self.viewer.prepared().camera;
-        let size = self.viewer.size();
+        let view = LookView::of(&self.viewer);
         // What is edited comes first.
-        if !self.progress.is_done || !self.state.looks.wants(&camera, size) {
+        if !self.progress.is_done || !self.state.looks.wants(&view) {
             return;
         }
         let Some(kept) = self.state.looks.chosen() else {
@@ -143,13 +141,13 @@ impl Workspace {
             let drawn = || -> Result<Vec<[u8; 4]>, SessionError> {
                 session.edit("look", |scene| {
                     look.put_on(scene);
-                    scene.camera = Some(section_of(&camera));
+                    scene.camera = Some(section_of(&view.camera));
                 })?;
                 let render = session.scene().render.clone();
                 let mut viewer: Viewer<CpuRenderer> =
                     Viewer::on(session, |scene| Ok(Box::new(CpuRenderer::new(scene))))?;
                 viewer.set_time(seconds)?;
-                let (picture, _) = viewer.frame(size, render.samples)?;
+                let (picture, _) = viewer.frame(view.size, render.samples)?;
                 let display = &viewer.prepared().display;
                 let straight = picture.to_srgb8(render.exposure as f32, display);
                 let times = |x: u8, a: u8| ((u32::from(x) * u32::from(a) + 127) / 255) as u8;
@@ -161,11 +159,6 @@ impl Workspace {
             // A look that cannot be drawn is not shown; putting it on says why.
             let _ = tell.send(crate::apart::apart(drawn).ok());
         });
-        self.look_job = Some(LookJob {
-            name,
-            camera,
-            size,
-            answer,
-        });
+        self.look_job = Some(LookJob { name, view, answer });
     }
 }

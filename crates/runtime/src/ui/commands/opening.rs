@@ -63,7 +63,6 @@ impl Workspace {
         self.window.request_redraw();
     }
 
-    /// A page has no files to choose from.
     /// Waits for work; what was under way is stopped.
     pub(in crate::ui) fn begin(&mut self, job: Job) {
         self.log.write("job", json!({ "title": job.title }));
@@ -241,6 +240,11 @@ impl Workspace {
                     panel: old.panel,
                     ..UiState::default()
                 };
+                // Its looks are gone.
+                #[cfg(not(target_arch = "wasm32"))]
+                {
+                    self.look_job = None;
+                }
                 self.views = Views::default();
                 self.progress = PictureProgress::default();
                 self.is_stuck = false;
