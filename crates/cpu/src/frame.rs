@@ -82,9 +82,6 @@ impl Frame {
             if let Some(shaded) = whole {
                 self.before = Some(RadianceBefore::new(shaded.radiance));
             }
-            if let (Some(before), Edit::Colors) = (&mut self.before, edit) {
-                before.recolor();
-            }
         } else {
             self.before = None;
             self.before_view.take_if(|_| edit != Edit::View);

@@ -122,8 +122,6 @@ pub(super) struct RadianceBefore {
     was_seen: Option<Vec<bool>>,
     /// Radiance of which there is hardly more than noise: at the points, and along segments.
     least: [f32; 2],
-    /// Has a light another colour since?
-    is_recolored: bool,
 }
 
 impl RadianceBefore {
@@ -137,18 +135,7 @@ impl RadianceBefore {
             radiance,
             was_seen: None,
             least: [at, along].map(|mean| (LEAST * mean).max(f32::MIN_POSITIVE)),
-            is_recolored: false,
         }
-    }
-
-    /// A light has another colour.
-    pub fn recolor(&mut self) {
-        self.is_recolored = true;
-    }
-
-    /// Does it change along strands slowly, by what the hair is alone? Where a light goes, its shadows do.
-    pub fn changes_slowly(&self) -> bool {
-        self.was_seen.is_none() && !self.is_recolored
     }
 
     /// Of a picture that showed the points `seen`, at those that are `visible` now; indices that grow.

@@ -20,12 +20,12 @@ const CARRIED_SHARE: f32 = 0.75;
 pub(super) struct VisiblePoints {
     /// Indices of [`Strands::points`], growing.
     pub points: Vec<u32>,
-    /// Places in `points`: one in [`STRIDE`] of those with much weight, first one in [`STRIDE`] of these, then the others
-    /// that make up nearly all of the picture, then the rest.
+    /// Places in `points`: first one in [`STRIDE`] of those with much weight, then the others that make up nearly
+    /// all of the picture, then the rest.
     pub order: Vec<u32>,
-    /// How many of `order` each of these steps adds up to.
-    pub n_sparse: usize,
+    /// How many of `order` are one in so many.
     pub n_thinned: usize,
+    /// How many make up nearly all of the picture.
     pub n_first: usize,
     /// Places of one in [`STRIDE`] of those that make up nearly all of the picture, at which bounce light is found.
     pub of_bounce: Vec<u32>,
@@ -67,30 +67,25 @@ impl VisiblePoints {
         [has_weight, has_much]: &[Vec<bool>; 2],
         is_joined: Vec<bool>,
     ) -> VisiblePoints {
-        let mut steps: Vec<u8> = has_weight.iter().map(|has| 3 - u8::from(*has)).collect();
-        for chain in of_weight(has_much).chunk_by(are_neighbours(&is_joined)) {
-            let thinned: Vec<u32> = thinned(chain).collect();
-            for place in &thinned {
-                steps[*place as usize] = 1;
-            }
-            for place in self::thinned(&thinned) {
-                steps[place as usize] = 0;
-            }
-        }
-        let mut order: Vec<u32> = (0..points.len() as u32).collect();
-        order.sort_by_key(|place| steps[*place as usize]);
-        let up_to = |last: u8| steps.iter().filter(|step| **step <= last).count();
-        let of_bounce = of_weight(has_weight);
-        let of_bounce = of_bounce
-            .chunk_by(are_neighbours(&is_joined))
-            .flat_map(thinned);
+        let is_thinned = thinned(has_much, &is_joined);
+        let places = 0..points.len() as u32;
+        let (mut order, others): (Vec<u32>, Vec<u32>) =
+            places.partition(|place| is_thinned[*place as usize]);
+        let has_bounce = thinned(has_weight, &is_joined);
+        let of_bounce = (0..).zip(has_bounce).filter(|(_, has_bounce)| *has_bounce);
+        let n_thinned = order.len();
+        let (much, little): (Vec<u32>, Vec<u32>) = others
+            .into_iter()
+            .partition(|place| has_weight[*place as usize]);
+        order.extend(much);
+        let n_first = order.len();
+        order.extend(little);
         VisiblePoints {
             points,
             order,
-            n_sparse: up_to(0),
-            n_thinned: up_to(1),
-            n_first: up_to(2),
-            of_bounce: of_bounce.collect(),
+            n_thinned,
+            n_first,
+            of_bounce: of_bounce.map(|(place, _)| place).collect(),
             is_joined,
         }
     }
@@ -151,28 +146,23 @@ impl VisiblePoints {
     }
 }
 
-/// Places that have weight.
-fn of_weight(has_weight: &[bool]) -> Vec<u32> {
-    let places = (0..).zip(has_weight);
-    places
-        .filter_map(|(place, has)| has.then_some(place))
-        .collect()
-}
-
-/// Are two places the ends of a segment?
-fn are_neighbours(is_joined: &[bool]) -> impl FnMut(&u32, &u32) -> bool {
-    |a, b| a + 1 == *b && is_joined[*a as usize]
-}
-
-/// One in [`STRIDE`] of neighbours along a strand: middles, and the end where no middle is beside it.
-fn thinned(chain: &[u32]) -> impl Iterator<Item = u32> {
-    let last = chain.len().saturating_sub(1);
-    let is_chosen = move |ix: usize| match ix % STRIDE {
-        0 => ix == last,
-        position => position == STRIDE / 2,
+/// By place: is it one in [`STRIDE`] of those with weight? They are the middles of neighbours along a strand, and ends that no
+/// middle is beside.
+fn thinned(has_weight: &[bool], is_joined: &[bool]) -> Vec<bool> {
+    let goes_on = |place: usize| {
+        is_joined[place] && has_weight[place] && has_weight.get(place + 1) == Some(&true)
     };
-    let places = chain.iter().enumerate();
-    places.filter_map(move |(ix, place)| is_chosen(ix).then_some(*place))
+    let mut position = 0;
+    (0..has_weight.len())
+        .map(|place| {
+            position = match place > 0 && goes_on(place - 1) {
+                true => (position + 1) % STRIDE,
+                false => 0,
+            };
+            let is_end = position == 0 && !goes_on(place);
+            has_weight[place] && (position == STRIDE / 2 || is_end)
+        })
+        .collect()
 }
 
 /// By place: those about it that are done. Where there are none on its strand, one of another.
@@ -275,9 +265,8 @@ mod tests {
     #[test]
     fn one_neighbour_in_some_is_the_first() {
         let visible = visible();
-        assert_eq!(visible.order, [3, 8, 1, 0, 2, 4, 7, 9, 10, 5, 6]);
-        let steps = [visible.n_sparse, visible.n_thinned, visible.n_first];
-        assert_eq!(steps, [2, 3, 9]);
+        assert_eq!(visible.order, [1, 3, 8, 0, 2, 4, 7, 9, 10, 5, 6]);
+        assert_eq!((visible.n_thinned, visible.n_first), (3, 9));
         assert_eq!(visible.of_bounce, [1, 4, 8, 10]);
     }
 

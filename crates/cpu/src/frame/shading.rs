@@ -96,8 +96,7 @@ impl Frame {
         let has_maps = maps_of(lights, self.unblocked.as_ref(), through).is_some();
         let has_narrow = has_maps && lights.records.iter().any(LightRecord::is_narrow);
         let radiance = Radiance::black(n_places, has_narrow);
-        let before = self.before.as_ref();
-        let before = before.filter(|before| before.is_like(&radiance));
+        let has_before = (self.before.as_ref()).is_some_and(|before| before.is_like(&radiance));
         let mut shading = Shading {
             quality,
             groups: match self.tables_of(scene) {
@@ -107,12 +106,10 @@ impl Frame {
             },
             group: 0,
             order: visible.order.clone(),
-            n_first: match before {
-                Some(before) if before.changes_slowly() => visible.n_sparse,
-                Some(_) => visible.n_thinned,
-                // Shares of the volume change slowly along strands.
-                None if self.unblocked.is_none() => visible.n_thinned,
-                None => visible.n_first,
+            // Shares of the volume change slowly along strands.
+            n_first: match has_before || self.unblocked.is_none() {
+                true => visible.n_thinned,
+                false => visible.n_first,
             },
             n_done: 0,
             radiance,
