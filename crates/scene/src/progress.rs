@@ -97,3 +97,15 @@ pub fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     let value = work();
     (value, start.elapsed().as_secs_f64())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn deadlines_can_be_as_late_as_may_be() {
+        assert!(Deadline::after(Duration::MAX).is_to_come());
+        let now = Deadline::after(Duration::ZERO);
+        assert!(!now.is_to_come() && now.left().is_zero());
+    }
+}

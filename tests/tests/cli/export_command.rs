@@ -165,10 +165,18 @@ fn wrong_requests_are_refused() {
     broken[last] ^= 1;
     fs::write(at.join("broken.tables"), &broken).expect("written");
     fs::create_dir(at.join("folder.groom")).expect("a folder");
+    fs::create_dir(at.join("out")).expect("a folder");
+    let mut elsewhere = tables();
+    elsewhere.tables[0].name = "../x".to_owned();
+    elsewhere
+        .write(&at.join("elsewhere.tables"))
+        .expect("written");
     let before = fs::read_dir(at).expect("readable").count();
     for (args, needle) in [
         (&["export", "a.tables", "-o", "x.png"][..], "x.png"),
         (&["export", "broken.tables", "-o", "x.npy"], "damaged"),
+        (&["export", "elsewhere.tables", "-o", "out"], "\"../x\""),
+        (&["export", "elsewhere.tables", "-o", "x.npy"], "\"../x\""),
         (&["export", "a.hair", "-o", "x.hair"], "a.hair"),
         (&["export", "folder.groom", "-o", "x.hair"], "folder.groom"),
         (&["inspect", "folder.groom"], "directory"),

@@ -338,7 +338,35 @@ fn files_of_a_scene_are_no_outputs() {
     view.current_dir(at)
         .args(["a.toml", "--backend", "cpu", "--frame", "link.png"]);
     assert_refused(&mut view, &["is a file of the scene"]);
-    assert!(read(at, "a.groom") == groom);
+    // The log of a window, which is not opened.
+    let scene = read(at, "a.toml");
+    for (log, what) in [
+        ("a.toml", "a.toml: is an input"),
+        ("link.png", "link.png: is a file of the scene"),
+    ] {
+        let mut view = strandview();
+        view.current_dir(at).args(["a.toml", "--log", log]);
+        assert_refused(&mut view, &[what]);
+    }
+    assert!(read(at, "a.groom") == groom && read(at, "a.toml") == scene);
+}
+
+#[test]
+fn names_of_other_kinds_of_ours_are_refused() {
+    let folder = samples();
+    let at = folder.path();
+    let before = read(at, "a.toml");
+    for (line, kind) in [
+        ("lights a.exr --count 2 -o a.toml", ".lights"),
+        ("tables -o a.toml", ".tables"),
+        ("mesh generate -o a.toml", ".mesh"),
+        ("groom import a.hair -o a.toml", ".groom"),
+        ("lights a.exr --count 2 -o a.groom", ".lights"),
+    ] {
+        refused(at, line, &["the name must end in", kind]);
+    }
+    assert!(read(at, "a.toml") == before);
+    done(at, "lights a.exr --count 2 -o of-no-promise.bin");
 }
 
 #[test]

@@ -282,6 +282,10 @@ fn bad_scripts_are_refused_in_one_line() {
     script("kind.json", r#"[{"frame": "a"}, {"colour": 1}]"#);
     script("key.json", r#"[{"set": {"hair.eta": 9}}]"#);
     script("undo.json", r#"[{"undo": 1}]"#);
+    // What is found out on the way.
+    let stroke =
+        r#"{"stroke": {"brush": {"radius_cm": 1, "effect": "erase"}, "path": [[4, 4]]}}"#;
+    script("late.json", &format!(r#"[{stroke}, {{"undo": 3}}]"#));
     fs::create_dir(at.join("d")).expect("a folder");
     script("d/timings.json", r#"[{"frame": "a"}]"#);
     script("d/a.png", r#"[{"frame": "a"}]"#);
@@ -311,6 +315,18 @@ fn bad_scripts_are_refused_in_one_line() {
                 "hair.eta=1.4",
             ],
             &["step 0", "no step to undo"],
+        ),
+        (
+            &[
+                "a.toml",
+                "--script",
+                "late.json",
+                "--out",
+                "o",
+                "--backend",
+                "cpu",
+            ],
+            &["late.json: step 1", "no step to undo"],
         ),
         (
             &["a.toml", "--script", "d/timings.json", "--out", "d"],
@@ -377,6 +393,10 @@ fn bad_scripts_are_refused_in_one_line() {
         (
             &["--script", "undo.json", "-o", "o", "--set", "hair.eta=1.4"],
             &["undo.json: step 0", "no step to undo"],
+        ),
+        (
+            &["--script", "late.json", "-o", "o", "--backend", "cpu"],
+            &["late.json: step 1", "no step to undo"],
         ),
         (&["-o", "a.png", "--set", "hair.eta=9"], &["hair.eta"]),
     ] {

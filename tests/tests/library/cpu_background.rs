@@ -1,5 +1,6 @@
 //! The renderer in a thread of its own shows in the end what it shows without, whenever edits come.
 
+use std::sync::Mutex;
 use std::time::Duration;
 
 use strandlight_cpu::{BackgroundRenderer, CpuRenderer, InteractiveRenderer};
@@ -194,4 +195,53 @@ fn pictures_are_rendered_while_others_are_under_way() {
         live.set_densities([0.5, 0.5]);
         live.advance(Duration::ZERO).expect("a picture");
     }
+}
+
+/// A picture that fades in goes on where an edit changes nothing.
+#[test]
+fn edits_that_change_nothing_leave_pictures_alone() {
+    let scene = scene();
+    let edited = |is_repeated: bool| {
+        let mut live = InteractiveRenderer::new(scene.clone());
+        let mut hair = *scene.hair.hair();
+        for eta in [1.5, 1.4] {
+            hair.eta = eta;
+            live.set_hair(&hair, scene.hair.modes()).expect("in range");
+            while !live.advance(Duration::ZERO).expect("a step").is_done {
+                if is_repeated {
+                    live.set_hair(&hair, scene.hair.modes()).expect("in range");
+                    assert!(!live.set_wind(None).expect("none"));
+                }
+            }
+        }
+        live.display().pixels.to_vec()
+    };
+    assert!(edited(true) == edited(false));
+}
+
+/// Shadow maps stay those of the lights as they were set, whatever their colours become.
+#[test]
+fn pictures_over_nothing_have_the_maps_that_are_shown() {
+    let scene = scene();
+    let mut live = InteractiveRenderer::new(scene.clone());
+    let mut rgb: Vec<[f32; 3]> = scene.lights.iter().map(|light| light.rgb).collect();
+    rgb[0] = [0.0; 3];
+    live.set_light_colors(&rgb).expect("as many");
+    while !live.advance(Duration::ZERO).expect("a step").is_done {}
+    let shown = live.over_nothing(scene.size).expect("a picture");
+    // It is drawn anew.
+    live.render([24, 16], 4, &|_| ()).expect("a picture");
+    let again = live.over_nothing(scene.size).expect("a picture");
+    assert!(again == shown);
+}
+
+#[test]
+fn the_share_of_a_picture_that_is_done_grows_to_all() {
+    let shares = Mutex::new(Vec::new());
+    let mut renderer = CpuRenderer::new(scene());
+    let note = |share| shares.lock().expect("no panic").push(share);
+    renderer.render([48, 32], 4, &note).expect("a picture");
+    let shares = shares.into_inner().expect("no panic");
+    assert!(shares.is_sorted(), "{shares:?}");
+    assert_eq!(shares.last(), Some(&1.0));
 }
