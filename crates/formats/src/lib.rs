@@ -158,6 +158,8 @@ pub use sniff::SNIFF_BYTES;
 pub use suggest::{did_you_mean, nearest};
 pub use table_file::TableReader;
 pub use tables::{Axis, Table, TableFile, TableHeader, TableInfo};
+// As output targets, for the programs alone.
+#[doc(hidden)]
 pub use taken_files::TakenFiles;
 // They stand in the fields of sections and tables.
 pub use strandlight_scattering::axis::Spacing;

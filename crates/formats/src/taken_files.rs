@@ -13,8 +13,8 @@ pub struct TakenFiles {
 }
 
 impl TakenFiles {
-    /// Adds `files`, each of which is `kind`, such as "an input"; `-` is standard input. What was added first says what it
-    /// is. Names that lead nowhere are left out.
+    /// Adds those of `files` that are there, each of which is `kind`, such as "an input"; `-` is standard input. What was
+    /// added first says what it is.
     pub fn add<P: AsRef<Path>>(
         &mut self,
         files: impl IntoIterator<Item = P>,
@@ -26,11 +26,24 @@ impl TakenFiles {
                 file => file,
             };
             // A descriptor leads to the file that it is open for.
-            let whole = file.canonicalize();
-            let target = output_target(whole.as_deref().unwrap_or(file));
-            if let Ok(target) = target {
+            if let Ok(target) = file.canonicalize().and_then(|file| output_target(&file)) {
                 self.kinds.entry(target).or_insert(kind);
             }
+        }
+        self
+    }
+
+    /// Adds `files` that may be still to come.
+    pub fn add_names<P: AsRef<Path>>(
+        &mut self,
+        files: impl IntoIterator<Item = P>,
+        kind: &'static str,
+    ) -> &mut TakenFiles {
+        for target in files
+            .into_iter()
+            .flat_map(|file| output_target(file.as_ref()))
+        {
+            self.kinds.entry(target).or_insert(kind);
         }
         self
     }
@@ -54,19 +67,13 @@ mod tests {
         std::fs::create_dir(at("below")).expect("made");
         let mut taken = TakenFiles::default();
         taken
-            .add([at("a.toml"), at("nowhere/b.toml")], "an input")
-            .add(
-                [at("./a.toml"), at("to come.lights")],
-                "a file of the scene",
-            );
+            .add([at("a.toml"), at("none.toml")], "an input")
+            .add_names([at("./a.toml"), at("to come.lights")], "an output");
         let refusal = |path: &Path| taken.refusal(&output_target(path).expect("a target"));
         let refused = |kind: &str| Some(format!("is {kind}; name another output"));
         assert_eq!(refusal(&at("below/../a.toml")), refused("an input"));
-        assert_eq!(
-            refusal(&at("to come.lights")),
-            refused("a file of the scene")
-        );
-        assert_eq!(refusal(&at("other.toml")), None);
+        assert_eq!(refusal(&at("to come.lights")), refused("an output"));
+        assert_eq!(refusal(&at("none.toml")), None);
         assert_eq!(refusal(Path::new("-")), None);
         #[cfg(unix)]
         {

@@ -442,13 +442,14 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// As there, or what cannot be drawn; the document stays as it was then.
     pub fn reload(&mut self) -> Result<Change, SessionError> {
         self.release()?;
-        let before = self.session.clone();
+        let (before, view) = (self.session.clone(), self.view);
         let mut change = self.session.reload()?;
         let has_other_camera = before.scene().camera != self.session.scene().camera;
         change.edits.set(Edits::CAMERA, has_other_camera);
         if let Err(error) = self.show(&change) {
             // With all that it knows of the files.
-            self.session = before;
+            (self.session, self.view) = (before, view);
+            change.edits.remove(Edits::CAMERA);
             // It was drawn before.
             let _ = self.show(&change);
             return Err(error.into());
@@ -467,6 +468,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// What cannot be drawn, by name; whatever the device refuses.
     pub fn set_time(&mut self, seconds: f64) -> Result<(), RenderError> {
         self.time = seconds;
+        self.n_beside_look += u64::from(self.motion.is_some());
         self.move_hair()
     }
 
@@ -474,7 +476,6 @@ impl<B: Backend + ?Sized> Viewer<B> {
     fn move_hair(&mut self) -> Result<(), RenderError> {
         if self.motion.is_some() {
             self.outdate_picture();
-            self.n_beside_look += 1;
         }
         let renderer = &mut self.renderer;
         match &mut self.motion {

@@ -283,8 +283,7 @@ fn bad_scripts_are_refused_in_one_line() {
     script("key.json", r#"[{"set": {"hair.eta": 9}}]"#);
     script("undo.json", r#"[{"undo": 1}]"#);
     // What is found out on the way.
-    let stroke =
-        r#"{"stroke": {"brush": {"radius_cm": 1, "effect": "erase"}, "path": [[4, 4]]}}"#;
+    let stroke = r#"{"stroke": {"brush": {"radius_cm": 1, "effect": "erase"}, "path": [[4, 4]]}}"#;
     script("late.json", &format!(r#"[{stroke}, {{"undo": 3}}]"#));
     fs::create_dir(at.join("d")).expect("a folder");
     script("d/timings.json", r#"[{"frame": "a"}]"#);

@@ -86,11 +86,9 @@ const OWN_EXTENSIONS: [&str; 6] = ["groom", "lights", "mesh", "panorama", "table
 
 /// Refuses a name that promises another file of ours than `extension`. Names of no promise are taken.
 pub fn check_own_extension(path: &Path, extension: &str) -> Outcome {
-    let is_other = |other: &&str| {
-        let found = path.extension();
-        *other != extension && found.is_some_and(|found| found.eq_ignore_ascii_case(other))
-    };
-    match OWN_EXTENSIONS.iter().any(|other| is_other(&other)) {
+    let found = path.extension();
+    let is = |other: &&str| found.is_some_and(|found| found.eq_ignore_ascii_case(other));
+    match OWN_EXTENSIONS.iter().any(is) {
         true => check_extension(path, extension),
         false => Ok(()),
     }

@@ -149,25 +149,21 @@ impl History {
         [self.done.back(), self.undone.last()].map(|entry| Some(entry?.label.as_str()))
     }
 
-    /// Changes all scenes that are remembered.
-    pub fn for_each_scene(&mut self, change: impl Fn(&mut Scene)) {
-        for entry in self.done.iter_mut().chain(&mut self.undone) {
-            if let Step::Scene { before, after, .. } = &mut entry.step {
-                change(before);
-                change(after);
-            }
-        }
-    }
-
-    /// Changes all that is remembered of files.
-    pub fn for_each_snapshot(&mut self, change: impl Fn(&mut AssetSnapshot)) {
+    /// Changes all scenes that are remembered, and what is remembered of their files.
+    pub fn for_each_scene(&mut self, change: impl Fn(&mut Scene, Option<&mut AssetSnapshot>)) {
         for entry in self.done.iter_mut().chain(&mut self.undone) {
             if let Step::Scene {
-                snapshot: Some(snapshots),
-                ..
+                before,
+                after,
+                snapshot,
             } = &mut entry.step
             {
-                snapshots.iter_mut().for_each(&change);
+                let [of_before, of_after] = match snapshot {
+                    Some(snapshots) => snapshots.each_mut().map(Some),
+                    None => [None, None],
+                };
+                change(before, of_before);
+                change(after, of_after);
             }
         }
     }

@@ -16,7 +16,8 @@ use strandlight_scene::SceneError;
 use strandlight_scene::assets::{Assets, ModesToRead};
 use strandlight_scene::files::Files;
 
-/// Parameter of a groom that a save has made: such a file may be replaced by the next save.
+/// Parameter of a groom that a save has made: such a file may be replaced by the next save of the scene that it is called
+/// after.
 const SAVED_BY: (&str, &str) = ("saved_by", "strandview");
 
 /// What saving wrote.
@@ -64,8 +65,7 @@ impl Session {
     }
 
     /// The scene and all files that it names.
-    #[cfg(feature = "ui")]
-    pub(crate) fn file_paths(&self) -> Vec<PathBuf> {
+    pub fn file_paths(&self) -> Vec<PathBuf> {
         let scene = [self.path.clone()].into_iter();
         scene.chain(self.scene.file_paths()).collect()
     }
@@ -139,7 +139,7 @@ impl Session {
     }
 
     /// Writes the document to the files it was read from. Painted hair goes to a groom file that
-    /// an earlier save has made, or else to a new one: see [`Session::save_as`].
+    /// an earlier save of this scene has made, or else to a new one: see [`Session::save_as`].
     ///
     /// # Errors
     /// What cannot be written, by name.
@@ -155,7 +155,7 @@ impl Session {
     /// here and are in memory only are written beside the scene, under free names.
     ///
     /// # Errors
-    /// What cannot be written, by name. What was written before it and is new goes again.
+    /// What cannot be written, by name. What was written before it under a new name goes again.
     pub fn save_as(&mut self, path: &Path) -> Result<Saved, SessionError> {
         self.save_to(path, None)
     }
@@ -173,7 +173,7 @@ impl Session {
     ///
     /// # Errors
     /// As there.
-    pub(crate) fn save_copy(&self, path: &Path) -> Result<Saved, SessionError> {
+    pub fn save_copy(&self, path: &Path) -> Result<Saved, SessionError> {
         Ok(self.plan_save(path, None)?.write(&self.files)?)
     }
 
@@ -228,7 +228,9 @@ impl Session {
         }
         let folder = &scene.folder;
         let (old_groom, old_lights) = (self.scene.groom_path(), self.scene.lights_path());
-        self.history.for_each_scene(|remembered| {
+        let state = self.snapshot.paint_state;
+        let is_painted = painted.is_some();
+        self.history.for_each_scene(|remembered, snapshot| {
             let has_groom = remembered.groom_path() == old_groom;
             let has_lights = remembered.lights_path() == old_lights;
             let (meshes, panorama) = (remembered.mesh_paths(), remembered.panorama_path());
@@ -240,6 +242,9 @@ impl Session {
             }
             if has_groom {
                 remembered.groom.file.clone_from(&scene.groom.file);
+                if let Some(snapshot) = snapshot.filter(|_| is_painted) {
+                    snapshot.file_state = Some(state);
+                }
             }
             if has_lights {
                 remembered.lights.file.clone_from(&scene.lights.file);
@@ -253,25 +258,17 @@ impl Session {
             }
         });
         self.history.close();
-        let state = self.snapshot.paint_state;
-        if painted.is_some() {
+        if path != self.path {
+            // They are the other scene's.
+            self.written_grooms.clear();
+        }
+        if is_painted {
             self.written_grooms.insert(scene.groom_path());
-            self.groom_file_has(Some(state));
+            self.snapshot.file_state = Some(state);
         }
         (self.scene, self.path) = (scene, path);
         self.on_disk = OnDisk::new(&self.path, &self.scene, state, &self.files);
         self.cli_overrides.clear();
-    }
-
-    /// The file of the groom is in another state of paint and mask, for all steps with that groom.
-    fn groom_file_has(&mut self, state: Option<PaintState>) {
-        let groom = Arc::clone(&self.snapshot.assets.groom);
-        self.snapshot.file_state = state;
-        self.history.for_each_snapshot(|snapshot| {
-            if Arc::ptr_eq(&snapshot.assets.groom, &groom) {
-                snapshot.file_state = state;
-            }
-        });
     }
 
     /// Free names beside `scene` for those of its files that are in memory only, by which it names
@@ -333,7 +330,11 @@ impl Session {
         // A painted groom of another scene stays that scene's, whoever names it too.
         let is_named_so = groom.parent() == path.parent()
             && (groom.file_stem().unwrap_or_default().to_string_lossy())
-                .starts_with(&format!("{stem}-painted"));
+                .strip_prefix(&format!("{stem}-painted"))
+                .is_some_and(|number| {
+                    let digits = number.strip_prefix('-').unwrap_or(number);
+                    digits.chars().all(|digit| digit.is_ascii_digit())
+                });
         let is_of_file = self.on_disk.scene.groom_path() == groom;
         let is_saved_before = is_of_file && is_named_so && parameters.iter().any(ours);
         if path == self.path && (is_saved_before || self.written_grooms.contains(&groom)) {
@@ -372,9 +373,15 @@ impl Session {
         let state = self.next_paint_state();
         let after = AssetSnapshot::new(assets, state)?;
         self.on_disk = OnDisk::new(&self.path, &scene, PaintState::of(state), &self.files);
+        let mut before = std::mem::replace(&mut self.snapshot, after.clone());
         // What its file had is no more.
-        self.groom_file_has(None);
-        let before = std::mem::replace(&mut self.snapshot, after.clone());
+        before.file_state = None;
+        let groom = self.scene.groom_path();
+        self.history.for_each_scene(|remembered, snapshot| {
+            if let Some(snapshot) = snapshot.filter(|_| remembered.groom_path() == groom) {
+                snapshot.file_state = None;
+            }
+        });
         let step = Step::Scene {
             before: Box::new(std::mem::replace(&mut self.scene, scene.clone())),
             after: Box::new(scene),

@@ -2,12 +2,13 @@
 
 #[cfg(not(target_arch = "wasm32"))]
 mod native {
-    use std::collections::HashMap;
+    use std::collections::{HashMap, HashSet};
     use std::path::{Path, PathBuf};
     use std::time::{Duration, SystemTime};
 
     use web_time::Instant;
 
+    use crate::session::Session;
     use crate::ui::snapshot::{self, SnapshotError};
     use crate::viewer::Viewer;
 
@@ -18,7 +19,7 @@ mod native {
     pub struct Document {
         path: PathBuf,
         name: String,
-        /// When files were written that the scene names or has named.
+        /// When files were written that the scene names, or has named since it was saved or read.
         seen: HashMap<PathBuf, Option<SystemTime>>,
         next_poll: Instant,
         pictures: u32,
@@ -46,7 +47,7 @@ mod native {
                 Some(name) => name.to_string_lossy().into_owned(),
                 None => "scene".to_owned(),
             };
-            let seen = session.file_paths().into_iter().map(|path| {
+            let seen = watched(session).map(|path| {
                 let time = modified(&path);
                 (path, time)
             });
@@ -105,7 +106,7 @@ mod native {
             }
             self.next_poll = now + POLL;
             let mut is_changed = false;
-            for path in viewer.session().file_paths() {
+            for path in watched(viewer.session()) {
                 // A file that is being replaced is not there for a moment.
                 let Some(time) = modified(&path) else {
                     continue;
@@ -130,6 +131,13 @@ mod native {
                 Err(source) => Err(SnapshotError::Write { path, source }),
             }
         }
+    }
+
+    /// The files that are looked at: all but frames of a motion, which may be very many.
+    fn watched(session: &Session) -> impl Iterator<Item = PathBuf> {
+        let frames: HashSet<PathBuf> = session.scene().frame_paths().into_iter().collect();
+        let paths = session.file_paths().into_iter();
+        paths.filter(move |path| !frames.contains(path))
     }
 
     fn modified(path: &Path) -> Option<SystemTime> {

@@ -91,6 +91,12 @@ impl Presets {
         &self.own
     }
 
+    /// Would [`Presets::save`] replace a file?
+    pub fn has_file(&self, name: &str) -> bool {
+        let path = self.folder.as_ref().map(|folder| path_of(folder, name));
+        path.is_some_and(|path| path.symlink_metadata().is_ok())
+    }
+
     /// Saves `hair` as `name`, over an older one of that name.
     ///
     /// # Errors
@@ -104,7 +110,7 @@ impl Presets {
         let Some(folder) = &self.folder else {
             return Err("There is no folder for presets here.".to_owned());
         };
-        let path = folder.join(format!("{name}.toml"));
+        let path = path_of(folder, name);
         let cannot = |error: &dyn std::fmt::Display| {
             format!("{}: cannot be written: {error}", path.display())
         };
@@ -118,10 +124,15 @@ impl Presets {
     /// Removes one.
     pub fn remove(&mut self, name: &str) {
         if let Some(folder) = &self.folder {
-            let _ = std::fs::remove_file(folder.join(format!("{name}.toml")));
+            let _ = std::fs::remove_file(path_of(folder, name));
         }
         *self = Presets::read_from(self.folder.take());
     }
+}
+
+/// The file of the preset `name`.
+fn path_of(folder: &Path, name: &str) -> PathBuf {
+    folder.join(format!("{}.toml", name.trim()))
 }
 
 fn read(path: &Path) -> Option<HairSection> {

@@ -36,9 +36,9 @@ pub enum Question {
         /// Why it could not be written.
         failure: Option<String>,
     },
-    /// There is a file at the path that was typed.
+    /// There is a file at the path that was typed, or of the preset that was named.
     Replace {
-        /// That path.
+        /// That path, or name.
         path: String,
         /// What was asked for, and is again if the file is to stay.
         asked: Box<Question>,

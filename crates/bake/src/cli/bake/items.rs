@@ -28,12 +28,12 @@ pub fn check_beside(inputs: &[&Path], items: &[Item], outputs: &[&Path]) -> Outc
     }
     let mut taken = TakenFiles::default();
     let read: HashSet<_> = items.iter().filter_map(Item::input_path).collect();
-    taken.add(read, "an input of the manifest");
+    taken.add_names(read, "an input of the manifest");
     let made = items.iter().flat_map(|item| {
         let outputs = item.outputs.iter();
         outputs.map(|output| item.resolve(&output.path))
     });
-    taken.add(made, "an output of the manifest");
+    taken.add_names(made, "an output of the manifest");
     check_not_taken(&taken, outputs)
 }
 

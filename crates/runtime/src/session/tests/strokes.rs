@@ -132,6 +132,13 @@ fn the_painted_groom_of_another_scene_stays() {
         assert_eq!(other.save().expect("written").files[0], Path::new(expected));
     }
     assert_eq!(files.read(painted, 1 << 20).expect("there"), before);
+    // Nor by the session that has made it, of a scene that it saves elsewhere.
+    first.save_as(Path::new("/s/d.toml")).expect("written");
+    let paint = first.paint().cloned().expect("painted");
+    first.stroke(dyed(2..3, &paint));
+    let saved = first.save().expect("written");
+    assert_eq!(saved.files[0], Path::new("/s/d-painted.groom"));
+    assert_eq!(files.read(painted, 1 << 20).expect("there"), before);
 }
 
 #[test]
@@ -157,4 +164,23 @@ fn strokes_that_were_saved_and_undone_are_changes_across_another_groom() {
             .paint()
             .is_some_and(Paint::is_painted)
     );
+}
+
+/// Read again, the same file is another groom in memory.
+#[test]
+fn strokes_that_were_saved_and_undone_are_changes_across_the_same_groom() {
+    let mut session = session();
+    session.stroke(dyed(0..2, &Paint::unpainted(4)));
+    for groom in ["taller.groom", "a.groom"] {
+        edit(&mut session, groom, |s| s.groom.file = groom.into());
+        session.commit();
+    }
+    session.stroke(dyed(2..3, &Paint::unpainted(4)));
+    session.save().expect("written");
+    // Before the first stroke.
+    while session.undo().is_some() {}
+    assert!(session.is_modified());
+    session.save().expect("written");
+    let again = Session::open_in(session.path(), session.files().clone()).expect("readable");
+    assert!(!again.paint().is_some_and(Paint::is_painted));
 }

@@ -127,8 +127,8 @@ impl Workspace {
                 _ => {}
             },
             Answer::Overwrite(then) => {
+                // What else has changed is read then.
                 self.viewer.keep_mine();
-                self.state.has_changed_on_disk = false;
                 self.save(then);
             }
             Answer::Save(then) => self.save(then),
@@ -145,8 +145,7 @@ impl Workspace {
     /// Saves the hair as a preset of one's own; asks before it replaces another.
     fn save_preset(&mut self, name: String, is_agreed: bool) {
         let asked = |name: String, failure| Question::Preset { name, failure };
-        let is_there = |(own, _): &(String, _)| own == name.trim();
-        if !is_agreed && self.state.presets.own().iter().any(is_there) {
+        if !is_agreed && self.state.presets.has_file(&name) {
             return self.ask(Question::Replace {
                 path: name.trim().to_owned(),
                 asked: Box::new(asked(name, None)),
@@ -223,13 +222,13 @@ impl Workspace {
         self.document.saved(&self.viewer);
         #[cfg(not(target_arch = "wasm32"))]
         self.state.settings.opened(self.viewer.session().path());
+        self.say(&format!("Saved {}", self.document.path_text()));
+        self.log
+            .write("saved", json!({ "path": self.document.path_text() }));
         // Nothing is lost any more by what others have written.
         if std::mem::take(&mut self.state.has_changed_on_disk) {
             self.reload();
         }
-        self.say(&format!("Saved {}", self.document.path_text()));
-        self.log
-            .write("saved", json!({ "path": self.document.path_text() }));
         Ok(())
     }
 

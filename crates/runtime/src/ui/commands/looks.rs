@@ -126,8 +126,9 @@ impl Workspace {
             }
         }
         let view = LookView::of(&self.viewer);
-        // What is edited comes first.
-        if !self.progress.is_done || !self.state.looks.wants(&view) {
+        // What is edited comes first, and of hair that moves the picture would be late.
+        let is_moving = self.state.motion.is_playing;
+        if is_moving || !self.progress.is_done || !self.state.looks.wants(&view) {
             return;
         }
         let Some(kept) = self.state.looks.chosen() else {
