@@ -451,12 +451,12 @@ impl Frame {
             None => f64::from(u8::from(self.unblocked.is_some())),
         };
         let shade = match &self.shading {
-            Some(shading) => {
+            Some(shading) if shading.quality == Quality::Whole => {
                 let n = shading.radiance.at.len() * shading.groups.len().max(1);
                 let n_done = shading.radiance.at.len() * shading.group + shading.n_done;
                 n_done as f64 / n.max(1) as f64
             }
-            None => f64::from(u8::from(self.quality() == Some(Quality::Whole))),
+            _ => f64::from(u8::from(self.quality() == Some(Quality::Whole))),
         };
         0.1 * list + 0.6 * maps + 0.3 * shade
     }

@@ -189,6 +189,10 @@ fn a_window_opens_on_a_lone_groom_map_or_nothing_and_asks_where_to_save() {
         names.sort();
         names
     };
+    // A picture takes nothing away that is in memory only.
+    view.asked("picture", |view| view.key("shift+p"));
+    view.type_path(&scene.folder.path().join("bob.png"));
+    view.wait_for_next("picture", 0);
     assert_eq!(names(), ["bob.hair"], "nothing is written unasked");
     view.asked("save as", |view| view.key("ctrl+s"));
     view.key("Return");

@@ -204,7 +204,17 @@ fn a_preset_of_ones_own_is_saved_and_chosen_and_the_background_is_kept() {
     view.tool("xdotool", &["type", "--delay", "40", "Mine"]);
     view.key("Return");
     view.wait_until_gone("Preset name");
+    // One of that name is not replaced unasked.
     view.after("edit", |view| view.type_number("Absorption red", "0.1"));
+    view.asked("preset", |view| {
+        view.click(view.middle("Save preset button"))
+    });
+    view.tool("xdotool", &["type", "--delay", "40", "Mine"]);
+    view.asked("replace", |view| view.key("Return"));
+    view.click(view.middle("Cancel button"));
+    view.wait_for_place("Preset name");
+    view.key("Escape");
+    view.wait_until_gone("Preset name");
     view.without_mouse().assert_different(&own);
     view.click(view.middle("Preset choice"));
     view.wait_for_place("Preset Mine");
@@ -275,6 +285,15 @@ fn looks_are_kept_swapped_and_wiped() {
     let at = [40, view.middle("View")[1]];
     view.after("view", |view| view.drag(1, at, [60, 20]));
     view.wait_for_next("look", drawn);
+    // And after a stroke, which it has too.
+    let drawn = view.count("look");
+    let [left, top, right, bottom] = view.place("View");
+    let from = [left + (right - left) / 3, (top + bottom) / 2];
+    view.key("b");
+    view.after("stroke", |view| view.drag(1, from, [(right - left) / 4, 0]));
+    view.key("b");
+    view.wait_for_next("look", drawn);
+    view.after("undo", |view| view.key("ctrl+z"));
     view.key("w");
     view.wait_until_gone("Wipe line");
     // Pasted from text, as an edit.
