@@ -181,7 +181,8 @@ pub struct HairMaterial {
     sources: [LobeSources; 2],
     /// Which of `optics` is made.
     made: [bool; RULES.len()],
-    optics: Optics,
+    /// Shared with clones until one of them is edited.
+    optics: Arc<Optics>,
 }
 
 impl HairMaterial {
@@ -209,7 +210,7 @@ impl HairMaterial {
             keeps_plain: false,
             sources: Default::default(),
             made: [false; RULES.len()],
-            optics: Optics::paper(fibre),
+            optics: Optics::paper(fibre).into(),
         };
         textures.edit(hair, modes)?;
         Ok(textures)
@@ -390,7 +391,7 @@ impl HairMaterial {
         let is_among = |those: &[Part]| parts.iter().any(|part| those.contains(part));
         let has_averages = is_among(&[Part::Averages]);
         let [tt, trt] = &mut self.sources;
-        let optics = &mut self.optics;
+        let optics = Arc::make_mut(&mut self.optics);
         let maker = |mode, table| LobeMaker {
             mode,
             hair: &self.hair,
@@ -480,10 +481,11 @@ impl HairMaterial {
     /// Makes `part`, whose sources are there, unless it is one of [`HairMaterial::make_all`]'s own.
     fn make(&mut self, part: Part, fibre: Fibre) {
         match part {
-            Part::Fibre => self.optics.fibre = fibre,
+            Part::Fibre => self.optics_mut().fibre = fibre,
             Part::Reflectance => {
-                let reflectance = Reflectance::new(self.fresnel, self.hair.eta);
-                self.optics.reflectance = reflectance.scaled(self.hair.intensity.r);
+                let (eta, intensity) = (self.hair.eta, self.hair.intensity.r);
+                let reflectance = Reflectance::new(self.fresnel, eta);
+                self.optics_mut().reflectance = reflectance.scaled(intensity);
             }
             Part::Multiple => {
                 // Multiple scattering reads none of the baked tables but the lobes.
@@ -496,10 +498,16 @@ impl HairMaterial {
                 let shading = self.optics.shading(none);
                 let terms = TERM_GLOBAL | TERM_LOCAL;
                 let source = MultipleSource::new(&shading, &self.optics.averages, terms, at_once);
-                self.optics.multiple = Some(source);
+                self.optics_mut().multiple = Some(source);
             }
-            Part::PaintedTt => self.optics.painted.tt = self.painted_lobes(Lobe::Tt),
-            Part::PaintedTrt => self.optics.painted.trt = self.painted_lobes(Lobe::Trt),
+            Part::PaintedTt => {
+                let lobes = self.painted_lobes(Lobe::Tt);
+                self.optics_mut().painted.tt = lobes;
+            }
+            Part::PaintedTrt => {
+                let lobes = self.painted_lobes(Lobe::Trt);
+                self.optics_mut().painted.trt = lobes;
+            }
             Part::PaintedAverages => {
                 let kinds = self.paint.unwrap_or_default();
                 let scales = |is_painted| if is_painted { DEFAULT_SCALES } else { 1 };
@@ -509,7 +517,7 @@ impl HairMaterial {
                     scales(kinds.shifts),
                 ];
                 let table = PaintedAverageTable::new(&self.hair, self.fresnel, size);
-                self.optics.painted.averages = table;
+                self.optics_mut().painted.averages = table;
             }
             // Of `make_all`.
             Part::RowTt
@@ -526,6 +534,10 @@ impl HairMaterial {
         }
     }
 
+    fn optics_mut(&mut self) -> &mut Optics {
+        Arc::make_mut(&mut self.optics)
+    }
+
     fn painted_lobes(&self, mode: Lobe) -> PaintedTexture {
         let (eta, caustic_width) = (self.hair.eta, self.hair.caustic_width);
         self.table(mode)
@@ -537,7 +549,7 @@ impl HairMaterial {
     fn drop_part(&mut self, part: Part) {
         match part {
             Part::Fibre => {}
-            Part::Reflectance => self.optics.reflectance = bytemuck::Zeroable::zeroed(),
+            Part::Reflectance => self.optics_mut().reflectance = bytemuck::Zeroable::zeroed(),
             Part::RowTt => self.sources[0].row = None,
             Part::EnergiesTt => self.sources[0].energies = None,
             Part::EnergiesTrt => self.sources[1].energies = None,
@@ -546,13 +558,13 @@ impl HairMaterial {
             Part::ShapesTrt => self.sources[1].shapes = None,
             Part::SharesTt => self.sources[0].shares = None,
             Part::SharesTrt => self.sources[1].shares = None,
-            Part::LobesTt => self.optics.tt = no_lobes(),
-            Part::LobesTrt => self.optics.trt = no_lobes(),
-            Part::Averages => self.optics.averages = Vec::new(),
-            Part::Multiple => self.optics.multiple = None,
-            Part::PaintedTt => self.optics.painted.tt = no_painted_lobes(),
-            Part::PaintedTrt => self.optics.painted.trt = no_painted_lobes(),
-            Part::PaintedAverages => self.optics.painted.averages = no_painted_averages(),
+            Part::LobesTt => self.optics_mut().tt = no_lobes(),
+            Part::LobesTrt => self.optics_mut().trt = no_lobes(),
+            Part::Averages => self.optics_mut().averages = Vec::new(),
+            Part::Multiple => self.optics_mut().multiple = None,
+            Part::PaintedTt => self.optics_mut().painted.tt = no_painted_lobes(),
+            Part::PaintedTrt => self.optics_mut().painted.trt = no_painted_lobes(),
+            Part::PaintedAverages => self.optics_mut().painted.averages = no_painted_averages(),
         }
     }
 
