@@ -20,7 +20,7 @@ export interface LoadDetail {
 
 /** The scene or the view of it is another, by `set`, by the user or by undo. */
 export interface ChangeDetail {
-  kind: "edit" | "stroke" | "undo" | "redo" | "reloaded" | "view";
+  kind: "edit" | "stroke" | "flood" | "undo" | "redo" | "reloaded" | "view";
   /** The keys that `set` was called with. */
   keys?: string[];
   /** What the panel calls the edit. */
@@ -90,7 +90,7 @@ export class StrandView extends HTMLElement {
   /** Sets several values, one step to undo. */
   set(values: Record<string, SceneValue>): void;
 
-  /** The value of a key; undefined where the scene leaves it to its default. */
+  /** The value of a key; the default where the scene has none; undefined for keys that scene files leave out at their default. */
   get(key: string): SceneValue | undefined;
 
   /** The picture as a PNG, when it is complete. */

@@ -6,7 +6,7 @@ import { instantiate } from "./strandview.js";
 const text = (error) => (error instanceof Error ? error.message : String(error));
 
 // What the events of the viewer are to a page.
-const CHANGES = new Set(["edit", "stroke", "undo", "redo", "reloaded", "view"]);
+const CHANGES = new Set(["edit", "stroke", "flood", "undo", "redo", "reloaded", "view"]);
 
 // Without weight: any rule of the page comes before these.
 const STYLE = `

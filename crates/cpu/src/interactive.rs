@@ -121,12 +121,6 @@ impl InteractiveRenderer {
             (self.is_shaded, self.is_done) = (true, true);
             return Ok(self.progress());
         }
-        if self.fade.as_mut().is_some_and(|fade| {
-            self.version += 1;
-            fade.advance(&mut self.pixels)
-        }) {
-            self.fade = None;
-        }
         let budget = match self.reproject() {
             true => WORK_ON_VIEWS,
             false => budget,
@@ -142,9 +136,10 @@ impl InteractiveRenderer {
             return Ok(self.progress());
         }
         let deadline = Deadline::after(budget);
+        let is_fading = self.step_fade();
         let advance = self.renderer.advance(self.size, deadline);
-        match self.is_to_be_shown(&advance) && !deadline.is_to_come() {
-            // To bring it on the screen takes longer than most steps.
+        match self.is_to_be_shown(&advance) && (is_fading || !deadline.is_to_come()) {
+            // A step of a fade is seen by itself, and to bring a picture on the screen takes longer than most steps.
             true => {
                 self.to_be_shown = Some(advance);
                 self.renderer.hold(true);
@@ -152,6 +147,18 @@ impl InteractiveRenderer {
             false => self.take_up(&advance),
         }
         Ok(self.progress())
+    }
+
+    /// Goes on with the fade; answers whether there was one.
+    fn step_fade(&mut self) -> bool {
+        let Some(fade) = &mut self.fade else {
+            return false;
+        };
+        self.version += 1;
+        if fade.advance(&mut self.pixels) {
+            self.fade = None;
+        }
+        true
     }
 
     /// Is there a picture that is not on the screen?

@@ -86,24 +86,34 @@ struct EightLights {
 
 impl EightLights {
     /// Of at most eight lights and their columns.
+    #[inline(always)]
     fn new(lights: &[(usize, &LightRecord)]) -> EightLights {
-        let columns: Vec<usize> = lights.iter().map(|(column, _)| *column).collect();
         let last = lights.len() - 1;
-        let of = |number: &dyn Fn(&LightRecord) -> f32| -> [f32; LANES] {
-            std::array::from_fn(|lane| number(lights[lane.min(last)].1))
-        };
-        let mut solid_angle = of(&|light| light.solid_angle);
-        solid_angle[lights.len()..].fill(0.0);
-        EightLights {
+        let columns: [usize; LANES] = std::array::from_fn(|lane| lights[lane.min(last)].0);
+        let mut eight = EightLights {
             n: lights.len(),
-            columns: Columns::new(&columns),
-            direction: [0, 1, 2].map(|axis: usize| of(&|light| light.direction[axis])),
-            lambda: of(&|light| light.lambda),
-            rgb: [0, 1, 2].map(|channel: usize| of(&|light| light.rgb[channel])),
-            brightest: of(&|light| light.rgb[0].max(light.rgb[1]).max(light.rgb[2])),
-            solid_angle,
-            power: of(&|light| light.power),
+            columns: Columns::new(&columns[..lights.len()]),
+            direction: [[0.0; LANES]; 3],
+            lambda: [0.0; LANES],
+            rgb: [[0.0; LANES]; 3],
+            brightest: [0.0; LANES],
+            solid_angle: [0.0; LANES],
+            power: [0.0; LANES],
+        };
+        for lane in 0..LANES {
+            let (_, light) = lights[lane.min(last)];
+            for axis in 0..3 {
+                eight.direction[axis][lane] = light.direction[axis];
+                eight.rgb[axis][lane] = light.rgb[axis];
+            }
+            eight.lambda[lane] = light.lambda;
+            eight.brightest[lane] = light.rgb[0].max(light.rgb[1]).max(light.rgb[2]);
+            eight.power[lane] = light.power;
         }
+        for (solid_angle, (_, light)) in eight.solid_angle.iter_mut().zip(lights) {
+            *solid_angle = light.solid_angle;
+        }
+        eight
     }
 }
 

@@ -13,7 +13,7 @@ use super::{Outcome, check_outputs, note, output_folder, print_line, write_outpu
 
 /// Bake and render the bundled sample
 ///
-/// Bakes the tables, fits lights to a studio map, grows hair, verifies all three and renders
+/// Bakes the tables, fits lights to a studio map, grows hair, verifies all of it and renders
 /// them. Needs nothing but this program.
 #[derive(clap::Args)]
 pub struct Args {

@@ -169,12 +169,12 @@ impl Wanted {
             #[inline(always)]
             || {
                 for seen in &strips.seen {
-                    let places = Places::new(seen, at);
+                    let about = Neighbours::new(seen, at);
                     // The outermost places are nearer than half way to the next points.
-                    let a = places.middle + 0.5 * (places.from_before - places.middle);
-                    let b = places.middle + 0.5 * (places.to_after - places.middle);
-                    let low = a.min(b).min(places.middle);
-                    let high = a.max(b).max(places.middle);
+                    let a = about.middle + 0.5 * (about.from_before - about.middle);
+                    let b = about.middle + 0.5 * (about.to_after - about.middle);
+                    let low = a.min(b).min(about.middle);
+                    let high = a.max(b).max(about.middle);
                     for y in self.block(low.y)..=self.block(high.y) {
                         for x in self.block(low.x)..=self.block(high.x) {
                             let lowest = &mut self.lowest[(x + self.side * y) as usize];
@@ -487,18 +487,18 @@ fn block<S: Simd>(
 }
 
 /// A point and its neighbours on a map.
-struct Places {
+struct Neighbours {
     middle: Vec3,
     from_before: Vec3,
     to_after: Vec3,
 }
 
-impl Places {
+impl Neighbours {
     #[inline(always)]
-    fn new(seen: &Seen, [x, y, z]: &[Vec<f32>; 3]) -> Places {
+    fn new(seen: &Seen, [x, y, z]: &[Vec<f32>; 3]) -> Neighbours {
         let of = |at: usize| Vec3::new(x[at], y[at], z[at]);
         let at = seen.at as usize;
-        Places {
+        Neighbours {
             middle: of(at),
             from_before: of(at - usize::from(seen.before > 0.0)),
             to_after: of(at + usize::from(seen.after > 0.0)),
@@ -516,11 +516,11 @@ fn receive_point<S: Simd>(
     map: &Map,
 ) -> u8 {
     let Seen { before, after, .. } = *seen;
-    let Places {
+    let Neighbours {
         middle,
         from_before,
         to_after,
-    } = Places::new(seen, at);
+    } = Neighbours::new(seen, at);
     // As `shadow_map::receive_shadows`, for all places.
     let places = f32x8::simd_from(simd, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
     let place = (places + view.offset) * ((before + after) / N_PLACES as f32) - before;

@@ -311,7 +311,7 @@ pub const MOUSE: [(&str, &str); 10] = [
     ("Wheel, or right drag", "Dolly in and out"),
     ("Double click", "Centre the view on that strand"),
     (
-        "Pick, then click",
+        "Pick from picture, then click",
         "Identify the light that contributes most there",
     ),
     (

@@ -18,9 +18,9 @@ use web_time::Instant;
 
 /// Events that a page is told.
 #[cfg(target_arch = "wasm32")]
-const TOLD: [&str; 11] = [
-    "renderer", "progress", "frame", "view", "edit", "stroke", "undo", "redo", "reloaded", "error",
-    "saved",
+const TOLD: [&str; 12] = [
+    "renderer", "progress", "frame", "view", "edit", "stroke", "flood", "undo", "redo", "reloaded",
+    "error", "saved",
 ];
 
 /// Writes events, or nothing where no file was asked for.

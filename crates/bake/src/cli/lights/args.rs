@@ -62,7 +62,7 @@ pub struct FitArgs {
     /// Skip measuring errors: the light set records none, --json prints null
     #[arg(long, conflicts_with_all = ["report", "max_error"])]
     pub no_report: bool,
-    /// Write lights for the compact sources alone, N of them at the most (a sun, bare lamps), and what
+    /// Write lights for the compact sources alone, N of them at the most, 1..=16 (a sun, bare lamps), and what
     /// is left of the map to --residual; exit with 1 if there is none
     #[arg(long, value_name = "N", value_parser = parse_suns, requires = "residual",
         conflicts_with_all = ["count", "max_error", "curve", "hair", "no_report"])]
