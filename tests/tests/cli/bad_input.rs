@@ -288,3 +288,21 @@ fn other_commands() {
     }
     refuses(at, &["export", "text.tables"], "out.npy", &["text.tables"]);
 }
+
+#[test]
+fn names_of_other_kinds_of_ours_are_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    write(at, "a.toml", "a scene");
+    for (args, out, kind) in [
+        (&["lights", "a.exr"][..], "a.toml", ".lights"),
+        (&["lights", "import", "a.json"], "a.toml", ".lights"),
+        (&["lights", "a.exr"], "a.groom", ".lights"),
+        (&["tables"], "a.toml", ".tables"),
+        (&["mesh", "generate"], "a.toml", ".mesh"),
+        (&["groom", "import", "a.hair"], "a.toml", ".groom"),
+    ] {
+        refuses(at, args, out, &[out, "the name must end in", kind]);
+    }
+    assert_eq!(fs::read(at.join("a.toml")).expect("there"), b"a scene");
+}
