@@ -59,7 +59,7 @@ impl SampleAverages for [AverageTexel] {
 pub type AverageTexel = [f32; 16];
 
 /// Inclinations less one, the index of the last.
-const LAST_INCLINATION: f32 = 127.0;
+pub(crate) const LAST_INCLINATION: f32 = 127.0;
 
 const _: () = assert!(N_INCLINATIONS == 128, "the shader has it as a number");
 

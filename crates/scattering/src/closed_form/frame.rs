@@ -4,7 +4,7 @@
 //! (sin theta, cos theta cos phi, cos theta sin phi).
 
 /// Keeps 1 / cos(theta_d) finite at grazing angles; the outer integrand is 0 there.
-const COS_THETA_D_MIN: f32 = 1e-6;
+pub(crate) const COS_THETA_D_MIN: f32 = 1e-6;
 
 /// A direction away from the fibre.
 #[repr(C)]

@@ -32,10 +32,10 @@ use super::outer_integral::{
 use super::special::bessel_i0e_fast;
 
 /// Most nodes of the integral over theta_i.
-const LOCAL_NODES: u32 = 3;
+pub(crate) const LOCAL_NODES: u32 = 3;
 
 /// Keeps the mean over the channels finite for hair that sends nothing back.
-const SHARE_MIN: f32 = 1e-20;
+pub(crate) const SHARE_MIN: f32 = 1e-20;
 
 /// Nodes, and which of the models they are for.
 #[derive(Clone, Copy, Debug, PartialEq)]

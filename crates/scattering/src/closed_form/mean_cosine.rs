@@ -3,26 +3,31 @@
 use core::f32::consts::FRAC_PI_2;
 
 /// Least mean, so that grazing narrow light stays finite.
-const MEAN_COSINE_MIN: f32 = 1e-3;
+pub(crate) const MEAN_COSINE_MIN: f32 = 1e-3;
 
 /// Product of two complex numbers plus a real one.
 fn complex_step(p: [f32; 2], t: [f32; 2], c: f32) -> [f32; 2] {
     [p[0] * t[0] - p[1] * t[1] + c, p[1] * t[0] + p[0] * t[1]]
 }
 
+/// Humlicek's rational function (1982, region III): its numerator's leading factor and then what each step of
+/// Horner's scheme adds, and the same of its denominator, whose leading factor is 1.
+pub(crate) const HUMLICEK_ABOVE: [f32; 5] = [0.564_223_6, 3.778_987, 11.964_82, 20.209_33, 16.4955];
+pub(crate) const HUMLICEK_BELOW: [f32; 5] = [6.699_398, 21.692_74, 39.271_21, 38.823_63, 16.4955];
+
 /// Imaginary part of the Faddeeva function w(x + i y), x > 0, y in 0..=9, by Humlicek's rational
-/// function of y - i x (1982, region III); relative error at most 6e-5 for x up to 5.
+/// function of y - i x; relative error at most 6e-5 for x up to 5.
 fn faddeeva_imaginary(x: f32, y: f32) -> f32 {
     let t = [y, -x];
-    let mut a = [0.564_223_6 * y + 3.778_987, -0.564_223_6 * x];
-    a = complex_step(a, t, 11.964_82);
-    a = complex_step(a, t, 20.209_33);
-    a = complex_step(a, t, 16.4955);
-    let mut b = [y + 6.699_398, -x];
-    b = complex_step(b, t, 21.692_74);
-    b = complex_step(b, t, 39.271_21);
-    b = complex_step(b, t, 38.823_63);
-    b = complex_step(b, t, 16.4955);
+    let [leading, above @ ..] = HUMLICEK_ABOVE;
+    let mut a = [leading * y + above[0], -leading * x];
+    for c in &above[1..] {
+        a = complex_step(a, t, *c);
+    }
+    let mut b = [y + HUMLICEK_BELOW[0], -x];
+    for c in &HUMLICEK_BELOW[1..] {
+        b = complex_step(b, t, *c);
+    }
     (a[1] * b[0] - a[0] * b[1]) / (b[0] * b[0] + b[1] * b[1])
 }
 

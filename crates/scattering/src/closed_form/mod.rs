@@ -109,9 +109,13 @@ pub use transmittance::{
 };
 pub use width_profile::WidthProfile;
 
+pub(crate) use averages::LAST_INCLINATION;
 pub(crate) use constants::SQRT_PI;
 pub(crate) use eccentric::BUMP_SHARPNESS;
 pub(crate) use fisher::{FISHER_CLAMP, FISHER_SPREAD, INVERSE_FISHER_CLAMP};
+pub(crate) use frame::COS_THETA_D_MIN;
+pub(crate) use local_scattering::{LOCAL_NODES, SHARE_MIN};
+pub(crate) use mean_cosine::{HUMLICEK_ABOVE, HUMLICEK_BELOW, MEAN_COSINE_MIN};
 pub(crate) use multiple_scattering::LAST_FORWARD;
 pub(crate) use outer_integral::{
     CLAMP, COSINE_SHARPNESS, HALF_PI_SQUARED, INVERSE_CLAMP, MIDDLE, MIDDLE_END, NARROW,

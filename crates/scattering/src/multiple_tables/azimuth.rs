@@ -127,6 +127,11 @@ impl Profiles {
         rows
     }
 
+    /// What an enabled mode scatters at a node.
+    pub fn node(&self, mode: usize, node: usize) -> &Row {
+        &self.nodes[mode][node]
+    }
+
     /// Adds `factor` times N_t^G at `cos_theta_d` to a row.
     pub fn add(&self, mode: usize, cos_theta_d: f32, factor: f32, row: &mut Row) {
         let place = (1.0 + GRAZING) * cos_theta_d / (GRAZING + cos_theta_d);

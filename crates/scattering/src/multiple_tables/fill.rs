@@ -1,5 +1,8 @@
 //! The rows of the tables, from the closed form.
 //!
+//! Rows of model `energy` are found one by one, those of model `marschner` eight at a time (`fill_wide.rs`), which
+//! tests hold to those here.
+//!
 //! Local scattering is evaluated as it is. Of global scattering, nodes and weights of the outer integral do
 //! not depend on the lag, and N_t^G at a node is read from [`Profiles`]: a row costs less than one
 //! evaluation of [`crate::closed_form::global_scattering()`].
@@ -12,13 +15,17 @@ use crate::closed_form::{
     node_constants, node_count, node_extent, node_place, outer_rule,
 };
 
+use super::axes::Axes;
 use super::azimuth::{Profiles, Row};
 
 /// Cosine of the lag at which the share of direct light within a half circle is that of the closed form.
-const MATCHED_COSINE: f32 = 0.5;
+pub(super) const MATCHED_COSINE: f32 = 0.5;
 
 /// Above this share it says too little of the sharpness.
-const ALL: f32 = 0.99;
+pub(super) const ALL: f32 = 0.99;
+
+/// Halvings of the range of a cosine.
+pub(super) const N_BISECTIONS: usize = 12;
 
 /// A row of direct local scattering: red, green, blue, and a cosine.
 pub(super) type DirectRow = [f32; 4];
@@ -42,6 +49,22 @@ fn direction(theta: f32, [cos_phi, sin_phi]: [f32; 2]) -> DirectionInFrame {
 }
 
 impl Source<'_> {
+    /// Fills the layer of this width of the table of global and local scattering.
+    pub fn fill_layer(&self, axes: &Axes, width: f32, rows: &mut [Row]) {
+        match self.fibre.is_energy() {
+            true => each_row(axes, width, rows, |j, o| self.row(width, j, o)),
+            false => self.rows_of_layer(axes, width, rows),
+        }
+    }
+
+    /// Fills the layer of this width of the table of direct local scattering.
+    pub fn fill_direct_layer(&self, axes: &Axes, width: f32, rows: &mut [DirectRow]) {
+        match self.fibre.is_energy() {
+            true => each_row(axes, width, rows, |j, o| self.direct_row(width, j, o)),
+            false => self.direct_rows_of_layer(axes, width, rows),
+        }
+    }
+
     /// Global scattering in the first three of each four, local scattering over the overlap of the half
     /// circles, pi - Delta, in the last of the first three.
     pub fn row(&self, sigma_f: f32, theta_j: f32, theta_o: f32) -> Row {
@@ -135,11 +158,19 @@ impl Source<'_> {
     }
 }
 
+/// Fills a layer by a function of theta_j and theta_o.
+pub(super) fn each_row<T>(axes: &Axes, width: f32, rows: &mut [T], row: impl Fn(f32, f32) -> T) {
+    for (ix, place) in rows.iter_mut().enumerate() {
+        let [theta_j, theta_o] = axes.inclinations_of(width, ix);
+        *place = row(theta_j, theta_o);
+    }
+}
+
 /// The factor 0..=1 of `kappa` with which this share of a circular Gaussian lies within the half circle
 /// around a direction that is [`MATCHED_COSINE`] off its centre, to 2e-4.
 fn cosine_of_share(kappa: f32, share: f32) -> f32 {
     let (mut low, mut high) = (0.0, 1.0);
-    for _ in 0..12 {
+    for _ in 0..N_BISECTIONS {
         let middle = 0.5 * (low + high);
         if half_circle(kappa * middle, MATCHED_COSINE) < share {
             low = middle;

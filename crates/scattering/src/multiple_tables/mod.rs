@@ -29,6 +29,7 @@
 mod axes;
 mod azimuth;
 mod fill;
+mod fill_wide;
 mod source;
 mod wide;
 
@@ -194,14 +195,13 @@ impl Filling {
             profiles: self.plan.profiles.as_ref(),
             averages: (self.plan.terms & TERM_LOCAL != 0).then_some(averages),
         };
-        let mut jobs = jobs_of(&self.plan.axes, &mut self.rows, move |w, j, o| {
-            source.row(w, j, o)
+        let (axes, direct_axes) = (&self.plan.axes, &self.plan.direct_axes);
+        let mut jobs = jobs_of(axes, &mut self.rows, |width, rows| {
+            source.fill_layer(axes, width, rows);
         });
-        jobs.extend(jobs_of(
-            &self.plan.direct_axes,
-            &mut self.direct,
-            move |w, j, o| source.direct_row(w, j, o),
-        ));
+        jobs.extend(jobs_of(direct_axes, &mut self.direct, |width, rows| {
+            source.fill_direct_layer(direct_axes, width, rows);
+        }));
         let n = jobs.len();
         run(jobs.into_iter().skip(self.n_done).take(most).collect());
         self.n_done = self.n_done.saturating_add(most).min(n);
@@ -280,22 +280,16 @@ fn inclined_nodes(ridge: f32) -> usize {
     2 * (0.5 * nodes) as usize + 1
 }
 
-/// The rows of a table, a job each width.
-fn jobs_of<'a, const N: usize>(
+/// The rows of a table, a job each width: `fill` fills its layer.
+fn jobs_of<'a, T: Send>(
     axes: &Axes,
-    rows: &'a mut [[f32; N]],
-    row: impl Fn(f32, f32, f32) -> [f32; N] + Copy + Send + 'a,
+    rows: &'a mut [T],
+    fill: impl Fn(f32, &mut [T]) + Copy + Send + 'a,
 ) -> Vec<Job<'a>> {
-    let axes = *axes;
     let layers = rows.chunks_exact_mut(axes.layer()).enumerate();
-    let job = |(layer, rows): (usize, &'a mut [[f32; N]])| {
-        Job::new(move || {
-            let width = axes.width_of(layer);
-            for (ix, place) in rows.iter_mut().enumerate() {
-                let [theta_j, theta_o] = axes.inclinations_of(width, ix);
-                *place = row(width, theta_j, theta_o);
-            }
-        })
+    let job = |(layer, rows): (usize, &'a mut [T])| {
+        let width = axes.width_of(layer);
+        Job::new(move || fill(width, rows))
     };
     layers.map(job).collect()
 }

@@ -48,7 +48,7 @@ pub(super) fn fisher_rules<S: Simd>(
         spread,
         low: exp((-(mean + FRAC_PI_2) * inverse_k).min(80.0)),
         high: exp(((mean - FRAC_PI_2) * inverse_k).min(80.0)),
-        inverse_width: lobe.inverse,
+        inverse_width: f32x8::splat(simd, lobe.inverse),
         sharpness: f32x8::splat(simd, 4.0) / variance_j,
         extent: spread / (cosine + spread).min(1.0),
     }

@@ -30,13 +30,16 @@ mod dispatch;
 mod eccentric;
 mod fisher;
 #[cfg(test)]
-mod fixture;
+pub(crate) mod fixture;
 mod frame;
+pub(crate) mod half_circle;
 mod lights;
 mod lobes;
+pub(crate) mod local_scattering;
 pub mod math;
+pub(crate) mod mean_cosine;
 mod multiple_scattering;
-mod outer_integral;
+pub(crate) mod outer_integral;
 mod roulette;
 pub(crate) mod rows;
 mod seen;

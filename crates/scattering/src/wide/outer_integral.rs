@@ -14,28 +14,28 @@ use super::math::{clamp, exp, ln, sin};
 
 /// Eight of [`crate::closed_form::OuterRule`], of one mode.
 #[derive(Clone, Copy)]
-pub(super) struct OuterRules<S: Simd> {
+pub(crate) struct OuterRules<S: Simd> {
     pub mean: f32x8<S>,
     pub to_light: f32x8<S>,
     pub to_lobe: f32x8<S>,
     pub spread: f32x8<S>,
     pub low: f32x8<S>,
     pub high: f32x8<S>,
-    pub inverse_width: f32,
+    pub inverse_width: f32x8<S>,
     pub sharpness: f32x8<S>,
     pub extent: f32x8<S>,
 }
 
 /// Inclinations and weights of one node.
 #[derive(Clone, Copy)]
-pub(super) struct OuterNodes<S: Simd> {
+pub(crate) struct OuterNodes<S: Simd> {
     pub theta_i: f32x8<S>,
     pub weight: f32x8<S>,
 }
 
 /// Places and weights of one node, for integrands other than the light's circular Gaussian times M_t.
 #[derive(Clone, Copy)]
-pub(super) struct NodePlaces<S: Simd> {
+pub(crate) struct NodePlaces<S: Simd> {
     pub theta_i: f32x8<S>,
     pub step: f32x8<S>,
     pub weight: f32x8<S>,
@@ -46,46 +46,44 @@ pub(super) struct NodePlaces<S: Simd> {
 ///
 /// [`LN_CULL`]: crate::closed_form::LN_CULL
 #[inline(always)]
-pub(super) fn outer_bound<S: Simd>(
+pub(crate) fn outer_bound<S: Simd>(
     theta_j: f32x8<S>,
     variance_j: f32x8<S>,
-    theta_o: f32,
-    alpha: f32,
-    beta: f32,
+    theta_o: f32x8<S>,
+    [alpha, beta]: [f32x8<S>; 2],
 ) -> f32x8<S> {
     let one = f32x8::splat(theta_j.token(), 1.0);
-    let variance_m = 4.0 * beta * beta;
-    let apart = theta_j - (2.0 * alpha - theta_o);
+    let variance_m = beta * 4.0 * beta;
+    let apart = theta_j - (alpha * 2.0 - theta_o);
     let variance_b = variance_j * HALF_PI_SQUARED;
     let sum_b = variance_b + variance_m;
     let inverse_b = one / (variance_b * sum_b);
     let mean_b = theta_j - apart * (variance_b * (variance_b * inverse_b));
     let beyond = (mean_b.abs() - FRAC_PI_2).max(0.0);
     apart * apart * (variance_b * inverse_b)
-        + beyond * beyond * (sum_b * (sum_b * inverse_b)) * (1.0 / variance_m)
+        + beyond * beyond * (sum_b * (sum_b * inverse_b)) * (one / variance_m)
 }
 
 /// [`crate::closed_form::outer_rule`], with the extents, for lanes that [`outer_bound`] does not rule
 /// out. `variance_j` = lambda_j^2.
 #[inline(always)]
-pub(super) fn outer_rules<S: Simd>(
+pub(crate) fn outer_rules<S: Simd>(
     theta_j: f32x8<S>,
     variance_j: f32x8<S>,
-    theta_o: f32,
-    alpha: f32,
-    beta: f32,
+    theta_o: f32x8<S>,
+    [alpha, beta]: [f32x8<S>; 2],
 ) -> OuterRules<S> {
     let simd = theta_j.token();
     let one = f32x8::splat(simd, 1.0);
-    let variance_m = 4.0 * beta * beta;
-    let apart = theta_j - (2.0 * alpha - theta_o);
+    let variance_m = beta * 4.0 * beta;
+    let apart = theta_j - (alpha * 2.0 - theta_o);
     let sum = variance_j + variance_m;
     let product = variance_j * variance_m;
     let spread_2 = product / (sum + product * COSINE_SHARPNESS);
     let spread = spread_2.sqrt();
-    let pull = spread_2 * (-VIEW_PULL * theta_o);
+    let pull = spread_2 * (theta_o * -VIEW_PULL);
     let to_light = pull - apart * (variance_j / sum);
-    let to_lobe = pull + apart * (f32x8::splat(simd, variance_m) / sum);
+    let to_lobe = pull + apart * (variance_m / sum);
     let mean = theta_j + to_light;
     let inverse_k = f32x8::splat(simd, INVERSE_CLAMP) / spread;
     let scaled = mean * (1.0 / FRAC_PI_2);
@@ -97,7 +95,7 @@ pub(super) fn outer_rules<S: Simd>(
         spread,
         low: exp((-(mean + FRAC_PI_2) * inverse_k).min(80.0)),
         high: exp(((mean - FRAC_PI_2) * inverse_k).min(80.0)),
-        inverse_width: 0.5 / beta,
+        inverse_width: f32x8::splat(simd, 0.5) / beta,
         sharpness: f32x8::splat(simd, 4.0) / variance_j,
         extent: spread / (cosine + spread).min(1.0),
     }
@@ -131,6 +129,22 @@ impl<S: Simd> OuterRules<S> {
     #[inline(always)]
     pub fn node(&self, counts: [u32; 3], ix: u32) -> OuterNodes<S> {
         outer_nodes(self, self.node_constants(counts, ix))
+    }
+
+    /// As [`OuterRules::node`], [`crate::closed_form::node_place`].
+    #[inline(always)]
+    pub fn place(&self, counts: [u32; 3], ix: u32) -> NodePlaces<S> {
+        let [u, weight, fall, growth] = self.node_constants(counts, ix);
+        let one = f32x8::splat(u.token(), 1.0);
+        let below = self.low * fall + 1.0;
+        let above = self.high * growth + 1.0;
+        let inverse = one / (below * above);
+        let step = self.spread * (u + ln(below * (below * inverse)) * CLAMP);
+        NodePlaces {
+            theta_i: clamp(self.mean + step, -FRAC_PI_2, FRAC_PI_2),
+            step,
+            weight: weight * self.spread * (one - self.low * self.high) * inverse,
+        }
     }
 
     /// As [`OuterRules::node`], [`crate::closed_form::fisher_place`].
@@ -224,8 +238,10 @@ fn outer_nodes<S: Simd>(rule: &OuterRules<S>, constants: [f32x8<S>; 4]) -> Outer
     let step = rule.spread * (u + ln(quotient) * CLAMP);
     let lobe = (rule.to_lobe + step) * rule.inverse_width;
     let light = sin((rule.to_light + step) * 0.5);
-    let scale =
-        rule.spread * (rule.inverse_width / SQRT_PI) * (one - rule.low * rule.high) * inverse;
+    let scale = rule.spread
+        * (rule.inverse_width * (1.0 / SQRT_PI))
+        * (one - rule.low * rule.high)
+        * inverse;
     OuterNodes {
         theta_i: clamp(rule.mean + step, -FRAC_PI_2, FRAC_PI_2),
         weight: weight * scale * exp(-(lobe * lobe) - rule.sharpness * (light * light)),

@@ -44,7 +44,7 @@ pub fn sums<S: Simd>([a, b, c, d, e, f, g, h]: [f32x8<S>; LANES]) -> f32x8<S> {
 /// The cells of an axis of texels 0..=`last` in which `at` lies: the index of the first of two texels,
 /// within 0..`last` whatever `at` is, and the weight of the second.
 #[inline(always)]
-pub(super) fn cells<S: Simd>(at: f32x8<S>, last: f32) -> ([i32; LANES], f32x8<S>) {
+pub(crate) fn cells<S: Simd>(at: f32x8<S>, last: f32) -> ([i32; LANES], f32x8<S>) {
     let first = at.to_int::<i32x8<S>>().max(0).min(last as i32 - 1);
     (first.into(), at - first.to_float::<f32x8<S>>())
 }

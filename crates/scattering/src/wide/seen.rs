@@ -105,7 +105,9 @@ pub(super) fn see<S: Simd, L: SampleLobes>(
                         let lobe = fisher_lobe(2.0 * alpha - view.theta, 4.0 * beta * beta);
                         fisher_bound(at.theta, variance_j, &lobe)
                     } else {
-                        outer_bound(at.theta, variance_j, view.theta, alpha, beta)
+                        let lobe = [f32x8::splat(simd, alpha), f32x8::splat(simd, beta)];
+                        let theta_o = f32x8::splat(simd, view.theta);
+                        outer_bound(at.theta, variance_j, theta_o, lobe)
                     };
                     let mut lanes = bound.simd_le(-LN_CULL).to_bitmask() as u32;
                     lanes &= (1 << chunk.len()) - 1;

@@ -3,7 +3,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, f32x8};
 
-use crate::closed_form::{MAX_NODES, MODE_R, Shading, fisher_lobe, further_orders, inclination};
+use crate::closed_form::{
+    COS_THETA_D_MIN, MAX_NODES, MODE_R, Shading, fisher_lobe, further_orders, inclination,
+};
 
 use super::LANES;
 use super::azimuthal::azimuthal_lobes;
@@ -18,9 +20,6 @@ use super::math::{bessel_i0e_fast, cos, sin};
 use super::outer_integral::{OuterRules, outer_rules};
 use super::roulette::Roulette;
 use super::seen::{Seen, see};
-
-/// Keeps 1 / cos(theta_d) finite; as the twin.
-const COS_THETA_D_MIN: f32 = 1e-6;
 
 /// [`crate::closed_form::single_scattering_mode`] of every light whose weight is above 0, by its index,
 /// and of every enabled mode; others have no entry. What a light gets does not depend on which
@@ -195,8 +194,10 @@ fn mode_of_lights<S: Simd, L: SampleLobes>(
             shading,
         );
     }
-    let (alpha, beta) = (fibre.alpha[mode], fibre.beta[mode]);
-    let rules = outer_rules(theta_j, variance_j, view.theta, alpha, beta);
+    let [alpha, beta] = [fibre.alpha[mode], fibre.beta[mode]];
+    let lobe = [f32x8::splat(simd, alpha), f32x8::splat(simd, beta)];
+    let theta_o = f32x8::splat(simd, view.theta);
+    let rules = outer_rules(theta_j, variance_j, theta_o, lobe);
     let counts = OuterRules::<S>::node_counts(fibre.node_count(mode as u32));
     // All nodes before the first inner integral: their long chains of dependent steps overlap.
     let n_nodes = (rules.most_nodes(counts) as usize).min(MAX_NODES as usize);
