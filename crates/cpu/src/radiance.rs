@@ -61,8 +61,15 @@ impl Radiance {
         }
     }
 
-    /// Adds to that at the places, one after the other.
-    pub fn add_at(&mut self, found: &[[f32; 4]]) {
+    /// Adds to that at a place.
+    pub fn add_at(&mut self, place: u32, found: &[f32; 4]) {
+        for (sum, value) in self.at[place as usize].iter_mut().zip(found) {
+            *sum += value;
+        }
+    }
+
+    /// Adds to that at all places, one after the other.
+    pub fn add_at_all(&mut self, found: &[[f32; 4]]) {
         for (sum, value) in self
             .at
             .as_flattened_mut()

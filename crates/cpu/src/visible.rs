@@ -27,8 +27,11 @@ pub(super) struct VisiblePoints {
     pub n_thinned: usize,
     /// How many make up nearly all of the picture.
     pub n_first: usize,
-    /// Places of one in [`STRIDE`] of those that make up nearly all of the picture, at which bounce light is found.
+    /// Places of one in [`STRIDE`] of those that make up nearly all of the picture, at which bounce light is found: first
+    /// one in [`STRIDE`] of them, then the others.
     pub of_bounce: Vec<u32>,
+    /// How many of `of_bounce` are one in so many: they do for a first picture.
+    pub n_first_of_bounce: usize,
     /// By place: is the next one the other end of a segment?
     is_joined: Vec<bool>,
 }
@@ -72,7 +75,7 @@ impl VisiblePoints {
         let (mut order, others): (Vec<u32>, Vec<u32>) =
             places.partition(|place| is_thinned[*place as usize]);
         let has_bounce = thinned(has_weight, &is_joined);
-        let of_bounce = (0..).zip(has_bounce).filter(|(_, has_bounce)| *has_bounce);
+        let (of_bounce, n_first_of_bounce) = first_thinned(&has_bounce, &is_joined);
         let n_thinned = order.len();
         let (much, little): (Vec<u32>, Vec<u32>) = others
             .into_iter()
@@ -85,7 +88,8 @@ impl VisiblePoints {
             order,
             n_thinned,
             n_first,
-            of_bounce: of_bounce.map(|(place, _)| place).collect(),
+            of_bounce,
+            n_first_of_bounce,
             is_joined,
         }
     }
@@ -106,12 +110,12 @@ impl VisiblePoints {
         }
     }
 
-    /// Interpolates bounce light from the places at which it is found to all others.
-    pub fn spread_bounce(&self, values: &mut [[f32; 4]]) {
-        if self.of_bounce.is_empty() {
+    /// Interpolates bounce light from those places at which it is found, `n_done` of them, to all others.
+    pub fn spread_bounce(&self, values: &mut [[f32; 4]], n_done: usize) {
+        if n_done == 0 {
             return;
         }
-        for (place, between) in self.between(&self.of_bounce).iter().enumerate() {
+        for (place, between) in self.between(&self.of_bounce[..n_done]).iter().enumerate() {
             // At those places it is what it is.
             if between.ends != [place; 2] {
                 mix(values, place, between);
@@ -163,6 +167,29 @@ fn thinned(has_weight: &[bool], is_joined: &[bool]) -> Vec<bool> {
             has_weight[place] && (position == STRIDE / 2 || is_end)
         })
         .collect()
+}
+
+/// Places that are `wanted`: first one in [`STRIDE`] of those along a strand, then the others; and how many come first.
+fn first_thinned(wanted: &[bool], is_joined: &[bool]) -> (Vec<u32>, usize) {
+    let places: Vec<u32> = (0..)
+        .zip(wanted)
+        .filter(|(_, is)| **is)
+        .map(|(place, _)| place)
+        .collect();
+    let are_of_a_strand = |pair: &[u32]| {
+        let [from, to] = [pair[0], pair[1]].map(|place| place as usize);
+        is_joined[from..to].iter().all(|is_joined| *is_joined)
+    };
+    let mut goes_on: Vec<bool> = places.windows(2).map(are_of_a_strand).collect();
+    goes_on.push(false);
+    let is_first = thinned(&vec![true; places.len()], &goes_on);
+    let (mut first, others): (Vec<_>, Vec<_>) = places
+        .into_iter()
+        .zip(is_first)
+        .partition(|(_, is_first)| *is_first);
+    let n_first = first.len();
+    first.extend(others);
+    (first.into_iter().map(|(place, _)| place).collect(), n_first)
 }
 
 /// By place: those about it that are done. Where there are none on its strand, one of another.
@@ -267,7 +294,8 @@ mod tests {
         let visible = visible();
         assert_eq!(visible.order, [1, 3, 8, 0, 2, 4, 7, 9, 10, 5, 6]);
         assert_eq!((visible.n_thinned, visible.n_first), (3, 9));
-        assert_eq!(visible.of_bounce, [1, 4, 8, 10]);
+        assert_eq!(visible.of_bounce, [4, 10, 1, 8]);
+        assert_eq!(visible.n_first_of_bounce, 2);
     }
 
     #[test]
@@ -296,12 +324,16 @@ mod tests {
         for &place in &visible.of_bounce {
             bounced[place as usize] = [place as f32; 4];
         }
-        visible.spread_bounce(&mut bounced);
-        let expected = [1.0, 1.0, 2.0, 3.0, 4.0, 4.0, 4.0, 8.0, 8.0, 9.0, 10.0];
-        for (found, expected) in bounced.iter().zip(expected) {
-            assert!((found[0] - expected).abs() < 1e-5, "{found:?} {expected}");
+        let of_all = [1.0, 1.0, 2.0, 3.0, 4.0, 4.0, 4.0, 8.0, 8.0, 9.0, 10.0];
+        let of_first = [4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 10.0, 10.0, 10.0, 10.0];
+        for (n_done, expected) in [(4, of_all), (2, of_first)] {
+            let mut bounced = bounced;
+            visible.spread_bounce(&mut bounced, n_done);
+            for (found, expected) in bounced.iter().zip(expected) {
+                assert!((found[0] - expected).abs() < 1e-5, "{found:?} {expected}");
+            }
         }
-        VisiblePoints::default().spread_bounce(&mut []);
+        VisiblePoints::default().spread_bounce(&mut [], 0);
     }
 
     #[test]

@@ -17,7 +17,7 @@ impl Inputs<'_> {
     pub fn shade_alone(&self, places: &[u32], has_narrow: bool) -> (Radiance, Counts) {
         let (mut radiance, counts) = self.shade_lights_alone(places, has_narrow);
         if let Some(bounce) = self.bounce {
-            radiance.add_at(&self.shade_bounce_alone(bounce, places));
+            radiance.add_at_all(&self.shade_bounce_alone(bounce, places));
         }
         (radiance, counts)
     }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use strandlight_scattering::closed_form::{PackedRecord, TERM_GLOBAL, TERM_LOCAL, WidthProfile};
 use strandlight_scattering::multiple_tables::MultipleTables;
 use strandlight_scene::PreparedScene;
+use strandlight_scene::paint::PaintedPoint;
 use strandlight_scene::volume::Grid;
 
 use super::super::bounce::BounceLight;
@@ -45,12 +46,19 @@ impl Inputs<'_> {
     /// Splits places into those of points with the scene's fibre and those of painted points.
     pub fn plain_and_painted(&self, places: &[u32]) -> (Vec<u32>, Vec<u32>) {
         let paint = self.picturing.scene.paint();
-        let is_plain = |place: &u32| {
-            let point = self.visible.points[*place as usize] as usize;
-            paint.is_none_or(|paint| !paint[point].is_painted())
-        };
+        let is_plain = |place: &u32| is_plain(paint, self.visible, *place);
         places.iter().partition(|place| is_plain(place))
     }
+}
+
+/// Has the visible point at a place the scene's fibre?
+pub(super) fn is_plain(
+    paint: Option<&[PaintedPoint]>,
+    visible: &VisiblePoints,
+    place: u32,
+) -> bool {
+    let point = visible.points[place as usize] as usize;
+    paint.is_none_or(|paint| !paint[point].is_painted())
 }
 
 /// The shadow maps of the lights and those through the hair to the eye, once there are both.

@@ -137,6 +137,13 @@ impl Shading {
         places[..n.min(most)].to_vec()
     }
 
+    /// Are the points done that a first picture shows?
+    pub fn has_first(&self) -> bool {
+        // Where there are no others no picture comes before the last one.
+        self.n_done >= self.n_first
+            || self.n_first == self.order.len() && self.quality == Quality::Whole
+    }
+
     /// Have narrow lights a radiance along segments?
     pub fn has_narrow(&self) -> bool {
         !self.radiance.along.is_empty()

@@ -1,6 +1,8 @@
 //! Visible points with the scene's fibre, which tables of multiple scattering serve: eight lights at a time, and what
 //! arrives at them is kept for edits.
 
+use std::borrow::Cow;
+
 use strandlight_scattering::multiple_tables::MultipleTables;
 
 use super::super::arriving::Arriving;
@@ -8,6 +10,7 @@ use super::super::proxies::Proxies;
 use super::super::radiance::Radiance;
 use super::super::shade::Counts;
 use super::super::shade_wide::WideShader;
+use super::super::visible::VisiblePoints;
 use super::inputs::Inputs;
 use super::kept::Kept;
 use super::parts::{Bounced, FindingBounced, Quality, Shading};
@@ -32,7 +35,8 @@ pub(super) struct PlainPoints {
 }
 
 impl PlainPoints {
-    /// Radiance of some points, or nothing yet: then something was found that it needs.
+    /// Radiance of some points without [bounce light](PlainPoints::bounced), or nothing yet: then something was found that
+    /// it needs, or that light does.
     pub fn shade(
         &mut self,
         inputs: &Inputs,
@@ -50,25 +54,26 @@ impl PlainPoints {
         let seen = (&inputs.picturing.view, inputs.profile);
         let of_lights = (arriving, records);
         let shader = WideShader::new(scene, seen, tables, of_lights, maps, shading.peaks);
-        let has_bounce = inputs.bounce.is_some() && shading.group == 0;
-        if has_bounce
-            && !step_bounced(
-                (&mut self.bounced, &mut self.finding_bounced),
-                inputs,
-                &shader,
-            )
-        {
+        let found = (&mut self.bounced, &mut self.finding_bounced);
+        if !step_bounced(found, (inputs, shading), &shader) {
             return None;
         }
-        let mut shaded = shader.shade(places, &inputs.visible.points, self.kept.is_some());
-        if let Some(bounced) = self.bounced.as_ref().filter(|_| has_bounce) {
-            let of_places = places.iter().map(|place| bounced.at[*place as usize]);
-            shaded.radiance.add_at(&of_places.collect::<Vec<_>>());
-        }
+        let shaded = shader.shade(places, &inputs.visible.points, self.kept.is_some());
         if let Some(kept) = &mut self.kept {
             kept.take(records, places, &shaded.kept);
         }
         Some((shaded.radiance, shaded.counts))
+    }
+
+    /// Light of the proxies by place, interpolated from the places at which it is found.
+    pub fn bounced(&self, visible: &VisiblePoints) -> Option<Cow<'_, [[f32; 4]]>> {
+        if let Some(bounced) = self.bounced.as_ref().filter(|bounced| bounced.is_current) {
+            return Some(Cow::Borrowed(&bounced.at));
+        }
+        let under_way = self.finding_bounced.as_ref()?;
+        let mut at = under_way.at.clone();
+        visible.spread_bounce(&mut at, under_way.n_done);
+        Some(Cow::Owned(at))
     }
 
     /// Works a little on what arrives of the lights under way; answers whether all is known.
@@ -128,10 +133,11 @@ impl PlainPoints {
     }
 }
 
-/// Finds some more of the light of the proxies, while what was found before stays; answers whether all of it was known.
+/// Finds some more of the light of the proxies, while what was found before stays; answers whether enough was known: for a
+/// first picture that at some of the places.
 fn step_bounced(
     (bounced, finding): (&mut Option<Bounced>, &mut Option<FindingBounced>),
-    inputs: &Inputs,
+    (inputs, shading): (&Inputs, &Shading),
     shader: &WideShader,
 ) -> bool {
     let is_known = bounced.as_ref().is_some_and(|bounced| bounced.is_current);
@@ -143,7 +149,16 @@ fn step_bounced(
         at: vec![[0.0; 4]; visible.points.len()],
         n_done: 0,
     });
-    let missing = &visible.of_bounce[under_way.n_done..];
+    let is_first_picture = inputs.picturing.has_drafts && !shading.has_first();
+    if is_first_picture && under_way.n_done >= visible.n_first_of_bounce {
+        *finding = Some(under_way);
+        return true;
+    }
+    let end = match is_first_picture {
+        true => visible.n_first_of_bounce,
+        false => visible.of_bounce.len(),
+    };
+    let missing = &visible.of_bounce[under_way.n_done..end];
     let missing = &missing[..missing.len().min(inputs.slice())];
     let found = shader.shade_bounce(bounce, missing, &visible.points);
     for (&place, found) in missing.iter().zip(found) {
@@ -154,7 +169,7 @@ fn step_bounced(
         *finding = Some(under_way);
         return false;
     }
-    visible.spread_bounce(&mut under_way.at);
+    visible.spread_bounce(&mut under_way.at, under_way.n_done);
     *bounced = Some(Bounced {
         at: under_way.at,
         sent_back: inputs.proxies.map_or([0.0; 3], Proxies::total),

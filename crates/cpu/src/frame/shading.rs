@@ -10,7 +10,7 @@ use super::super::arriving::Arriving;
 use super::super::proxies::Proxies;
 use super::super::radiance::Radiance;
 use super::super::shade::Counts;
-use super::inputs::{Inputs, maps_of, tables_for};
+use super::inputs::{Inputs, is_plain, maps_of, tables_for};
 use super::parts::{Bounced, Picturing, Quality, Shaded, Shading};
 use super::state::Frame;
 
@@ -75,7 +75,7 @@ impl Frame {
         let mut radiance = kept.radiance(&lights.records, seen, maps, scale);
         if let Some(bounced) = &self.plain.bounced {
             let lit = self.lit_proxies(picturing);
-            radiance.add_at(&recolored(bounced, lit.as_ref()));
+            radiance.add_at_all(&recolored(bounced, lit.as_ref()));
             self.proxies = lit;
         }
         self.show(picturing, Quality::Recolored, radiance);
@@ -182,23 +182,59 @@ impl Frame {
                 self.finish_shading(picturing);
             }
         } else if is_last && is_first_done && picturing.has_drafts && is_first_picture {
-            let mut radiance = shading.radiance.clone();
-            let before = self.before.as_ref();
-            let before = before.filter(|before| before.is_like(&radiance));
-            visible.fill(&mut radiance, shading.n_done, before);
+            let (radiance, done) = (&shading.radiance, &shading.order[..shading.n_done]);
+            let (radiance, done) = (radiance.clone(), done.to_vec());
+            let radiance = self.with_bounce(picturing.scene, radiance, &done);
+            let radiance = self.filled(radiance, done.len());
             self.show(picturing, Quality::Most, radiance);
         }
     }
 
+    /// Adds the light of the proxies to that of the lights at the places that are `done`.
+    fn with_bounce(&self, scene: &PreparedScene, mut radiance: Radiance, done: &[u32]) -> Radiance {
+        let Some((_, visible)) = &self.list else {
+            return radiance;
+        };
+        // Points of other fibres have it.
+        let has_plain = self.bounce.is_some() && self.tables_of(scene).is_some();
+        let bounced = match has_plain {
+            true => self.plain.bounced(visible),
+            false => None,
+        };
+        if let Some(bounced) = bounced {
+            let of_plain = done
+                .iter()
+                .filter(|place| is_plain(scene.paint(), visible, **place));
+            for &place in of_plain {
+                radiance.add_at(place, &bounced[place as usize]);
+            }
+        }
+        radiance
+    }
+
+    /// Interpolates from the first `n_done` places of the order to the others.
+    fn filled(&self, mut radiance: Radiance, n_done: usize) -> Radiance {
+        if let Some((_, visible)) = &self.list {
+            let before = self.before.as_ref();
+            let before = before.filter(|before| before.is_like(&radiance));
+            visible.fill(&mut radiance, n_done, before);
+        }
+        radiance
+    }
+
     fn finish_shading(&mut self, picturing: &Picturing) {
-        if let Some(mut shading) = self.shading.take() {
-            if let (Quality::Draft, Some((_, visible))) = (shading.quality, &self.list) {
-                let before = self.before.as_ref();
-                let before = before.filter(|before| before.is_like(&shading.radiance));
-                visible.fill(&mut shading.radiance, shading.n_first, before);
+        if let Some(shading) = self.shading.take() {
+            let is_whole = shading.quality == Quality::Whole;
+            let n_done = match is_whole {
+                true => shading.order.len(),
+                false => shading.n_first,
+            };
+            let done = &shading.order[..n_done];
+            let mut radiance = self.with_bounce(picturing.scene, shading.radiance, done);
+            if !is_whole {
+                radiance = self.filled(radiance, n_done);
             }
             self.stats.set_terms(&shading.counts.terms);
-            let is_whole = shading.quality == Quality::Whole;
             if is_whole {
                 self.before = None;
             }
@@ -206,7 +242,7 @@ impl Frame {
             {
                 kept.is_taken(&lights.records);
             }
-            self.show(picturing, shading.quality, shading.radiance);
+            self.show(picturing, shading.quality, radiance);
         }
     }
 
