@@ -10,7 +10,7 @@ use strandlight_formats::{Background, ProxySection, Scene, SrbfLight};
 use strandlight_runtime::Session;
 use strandlight_runtime::script::Script;
 use strandlight_scene::{Backend, PreparedScene};
-use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
+use strandlight_tests::scenes::{curtain, key_and_sky, write_scene, write_small_scene};
 
 use super::cpu_edits::{finish, interactive, shown};
 
@@ -33,6 +33,20 @@ fn write_dense_hair(folder: &Path, lights: Vec<SrbfLight>) -> PathBuf {
 /// edit changes: shadows are where they were.
 #[test]
 fn first_pictures_after_edits_are_close_to_the_last() {
+    first_pictures_are_close(Vec::new(), 0.015);
+}
+
+/// The same of hair over a ground, which fills most of the picture and whose light is found at fewer points yet.
+#[test]
+fn first_pictures_after_edits_have_the_light_of_proxies() {
+    let ground = ProxySection::Ground {
+        height: -1.5,
+        albedo: [0.95, 0.6, 0.3],
+    };
+    first_pictures_are_close(vec![ground], 1e-3);
+}
+
+fn first_pictures_are_close(proxies: Vec<ProxySection>, least: f64) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut lights = key_and_sky();
     lights.push(SrbfLight {
@@ -41,6 +55,9 @@ fn first_pictures_after_edits_are_close_to_the_last() {
         rgb: [90.0, 85.0, 80.0],
     });
     let at = write_dense_hair(folder.path(), lights);
+    let mut scene = Scene::read(&at).expect("a scene");
+    scene.proxies = proxies;
+    let at = write_scene(folder.path(), "a.toml", &scene);
     let mut viewer = interactive(Session::open(&at).expect("a scene"));
     viewer.set_window(SIZE).expect("a size");
     finish(&mut viewer);
@@ -64,7 +81,7 @@ fn first_pictures_after_edits_are_close_to_the_last() {
         let (step, edit) = (distance(&first, &last), distance(&before, &last));
         println!("{keys}: {step:.4} of {edit:.4}");
         assert!(
-            step < f64::max(0.015, 0.02 * edit),
+            step < f64::max(least, 0.02 * edit),
             "{keys}: {step} of {edit}"
         );
         n_drafts += usize::from(first != last);
