@@ -89,9 +89,11 @@ impl Frame {
         }
         if edit != Edit::Colors && Stage::Shade.inputs().contains(&edit) {
             self.forget_kept();
-            // Paint is no matter of plain points.
-            if edit != Edit::Paint {
-                (self.plain.bounced, self.plain.finding_bounced) = (None, None);
+            match edit {
+                // Paint is no matter of plain points.
+                Edit::Paint => {}
+                _ if edit.keeps_shadows() => self.plain.outdate_bounced(),
+                _ => self.plain.forget_bounced(),
             }
         }
         for stage in Stage::ALL {

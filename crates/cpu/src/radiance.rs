@@ -226,7 +226,7 @@ impl Between {
 
 /// Interpolates a place.
 #[inline(always)]
-pub(super) fn mix<T: Numbers>(values: &mut [T], place: usize, Between { ends, t, .. }: &Between) {
+fn mix<T: Numbers>(values: &mut [T], place: usize, Between { ends, t, .. }: &Between) {
     let ([a, b], t) = (ends.map(|end| values[end]), t.clamp(0.0, 1.0));
     let ends = a.numbers().iter().zip(b.numbers());
     for (value, (a, b)) in values[place].numbers_mut().iter_mut().zip(ends) {

@@ -3,7 +3,7 @@
 use strandlight_scene::strands::Strands;
 
 use super::list::VisibilityList;
-use super::radiance::{Between, Radiance, RadianceBefore, mix};
+use super::radiance::{Between, Radiance, RadianceBefore};
 
 /// Shares of all weight: that of the points which make up nearly all of the picture, and of those among which the ones are
 /// chosen that are shaded before all others.
@@ -110,15 +110,28 @@ impl VisiblePoints {
         }
     }
 
-    /// Interpolates bounce light from those places at which it is found, `n_done` of them, to all others.
-    pub fn spread_bounce(&self, values: &mut [[f32; 4]], n_done: usize) {
+    /// Interpolates bounce light from those places at which it is found, `n_done` of them, to `others`; where it is known
+    /// what it was `before`, by how it has changed.
+    pub fn spread_bounce(
+        &self,
+        found: &mut Radiance,
+        n_done: usize,
+        (others, before): (impl IntoIterator<Item = u32>, Option<&RadianceBefore>),
+    ) {
         if n_done == 0 {
             return;
         }
-        for (place, between) in self.between(&self.of_bounce[..n_done]).iter().enumerate() {
-            // At those places it is what it is.
-            if between.ends != [place; 2] {
-                mix(values, place, between);
+        let between = self.between(&self.of_bounce[..n_done]);
+        for place in others {
+            let place = place as usize;
+            let between = &between[place];
+            // Where it is found it is what it is.
+            if between.ends == [place; 2] {
+                continue;
+            }
+            match before {
+                Some(before) => found.mix_as(place, between, before),
+                None => found.mix(place, between),
             }
         }
     }
@@ -320,20 +333,30 @@ mod tests {
     #[test]
     fn bounce_light_is_interpolated_from_where_it_is_found() {
         let visible = visible();
-        let mut bounced = [[0.0; 4]; 11];
+        let mut bounced = Radiance::black(11, false);
         for &place in &visible.of_bounce {
-            bounced[place as usize] = [place as f32; 4];
+            bounced.at[place as usize] = [place as f32; 4];
         }
         let of_all = [1.0, 1.0, 2.0, 3.0, 4.0, 4.0, 4.0, 8.0, 8.0, 9.0, 10.0];
         let of_first = [4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 4.0, 10.0, 10.0, 10.0, 10.0];
-        for (n_done, expected) in [(4, of_all), (2, of_first)] {
-            let mut bounced = bounced;
-            visible.spread_bounce(&mut bounced, n_done);
-            for (found, expected) in bounced.iter().zip(expected) {
-                assert!((found[0] - expected).abs() < 1e-5, "{found:?} {expected}");
+        let mut before = Radiance::black(11, false);
+        for (at, of_all) in before.at.iter_mut().zip(of_all) {
+            *at = [0.5 * of_all; 4];
+        }
+        let before = RadianceBefore::new(before);
+        for (n_done, before, expected) in [
+            (4, None, of_all),
+            (2, None, of_first),
+            // Twice of what it was.
+            (2, Some(&before), of_all),
+        ] {
+            let mut bounced = bounced.clone();
+            visible.spread_bounce(&mut bounced, n_done, (0..11, before));
+            for (found, expected) in bounced.at.iter().zip(expected) {
+                assert!((found[0] - expected).abs() < 0.04, "{found:?} {expected}");
             }
         }
-        VisiblePoints::default().spread_bounce(&mut [], 0);
+        VisiblePoints::default().spread_bounce(&mut Radiance::black(0, false), 0, (0..0, None));
     }
 
     #[test]

@@ -87,8 +87,7 @@ impl ProxyLight {
 /// Light of the proxies that the visible points of plain hair scatter. It changes slowly along strands: it is found at some
 /// of the points and interpolated.
 pub(super) struct Bounced {
-    /// By place: rgb times the view's radiance scale, and zero.
-    pub at: Vec<[f32; 4]>,
+    pub light: Radiance,
     /// What the proxies sent back in all.
     pub sent_back: [f32; 3],
     /// Are the proxies still in that light?
@@ -97,7 +96,7 @@ pub(super) struct Bounced {
 
 /// The same while it is being found.
 pub(super) struct FindingBounced {
-    pub at: Vec<[f32; 4]>,
+    pub light: Radiance,
     /// Of `VisiblePoints::of_bounce`, as many as are found.
     pub n_done: usize,
 }

@@ -1,13 +1,11 @@
 //! Visible points with the scene's fibre, which tables of multiple scattering serve: eight lights at a time, and what
 //! arrives at them is kept for edits.
 
-use std::borrow::Cow;
-
 use strandlight_scattering::multiple_tables::MultipleTables;
 
 use super::super::arriving::Arriving;
 use super::super::proxies::Proxies;
-use super::super::radiance::Radiance;
+use super::super::radiance::{Radiance, RadianceBefore};
 use super::super::shade::Counts;
 use super::super::shade_wide::WideShader;
 use super::super::visible::VisiblePoints;
@@ -31,6 +29,8 @@ pub(super) struct PlainPoints {
     pub kept: Option<Kept>,
     /// Light of the proxies that the points scatter, and that of proxies in other light, which will take its place.
     pub bounced: Option<Bounced>,
+    /// What it was before an edit that left shadows as they were.
+    pub bounced_before: Option<RadianceBefore>,
     pub finding_bounced: Option<FindingBounced>,
 }
 
@@ -55,7 +55,10 @@ impl PlainPoints {
         let of_lights = (arriving, records);
         let shader = WideShader::new(scene, seen, tables, of_lights, maps, shading.peaks);
         let found = (&mut self.bounced, &mut self.finding_bounced);
-        if !step_bounced(found, (inputs, shading), &shader) {
+        let has_few = inputs.picturing.has_drafts
+            && !shading.has_first()
+            && (self.bounced_before.is_some() || shading.quality == Quality::Draft);
+        if !step_bounced(found, (inputs, has_few), &shader) {
             return None;
         }
         let shaded = shader.shade(places, &inputs.visible.points, self.kept.is_some());
@@ -65,15 +68,35 @@ impl PlainPoints {
         Some((shaded.radiance, shaded.counts))
     }
 
-    /// Light of the proxies by place, interpolated from the places at which it is found.
-    pub fn bounced(&self, visible: &VisiblePoints) -> Option<Cow<'_, [[f32; 4]]>> {
+    /// Light of the proxies at some places, one after the other, interpolated from those at which it is found.
+    pub fn bounced_at(&self, places: &[u32], visible: &VisiblePoints) -> Option<Vec<[f32; 4]>> {
+        let of = |light: &Radiance| {
+            places
+                .iter()
+                .map(|place| light.at[*place as usize])
+                .collect()
+        };
         if let Some(bounced) = self.bounced.as_ref().filter(|bounced| bounced.is_current) {
-            return Some(Cow::Borrowed(&bounced.at));
+            return Some(of(&bounced.light));
         }
         let under_way = self.finding_bounced.as_ref()?;
-        let mut at = under_way.at.clone();
-        visible.spread_bounce(&mut at, under_way.n_done);
-        Some(Cow::Owned(at))
+        let mut light = under_way.light.clone();
+        let others = (places.iter().copied(), self.bounced_before.as_ref());
+        visible.spread_bounce(&mut light, under_way.n_done, others);
+        Some(of(&light))
+    }
+
+    /// The fibre or the terms are others, and shadows are what they were.
+    pub fn outdate_bounced(&mut self) {
+        if let Some(bounced) = self.bounced.take() {
+            self.bounced_before = Some(RadianceBefore::new(bounced.light));
+        }
+        self.finding_bounced = None;
+    }
+
+    /// Nothing is known of the light of the proxies.
+    pub fn forget_bounced(&mut self) {
+        (self.bounced, self.bounced_before, self.finding_bounced) = (None, None, None);
     }
 
     /// Works a little on what arrives of the lights under way; answers whether all is known.
@@ -133,11 +156,11 @@ impl PlainPoints {
     }
 }
 
-/// Finds some more of the light of the proxies, while what was found before stays; answers whether enough was known: for a
-/// first picture that at some of the places.
+/// Finds some more of the light of the proxies, while what was found before stays; answers whether enough is known: at `has_few`,
+/// for a first picture, that at some of the places.
 fn step_bounced(
     (bounced, finding): (&mut Option<Bounced>, &mut Option<FindingBounced>),
-    (inputs, shading): (&Inputs, &Shading),
+    (inputs, has_few): (&Inputs, bool),
     shader: &WideShader,
 ) -> bool {
     let is_known = bounced.as_ref().is_some_and(|bounced| bounced.is_current);
@@ -145,35 +168,34 @@ fn step_bounced(
         return true;
     };
     let visible = inputs.visible;
-    let mut under_way = finding.take().unwrap_or_else(|| FindingBounced {
-        at: vec![[0.0; 4]; visible.points.len()],
+    let under_way = finding.get_or_insert_with(|| FindingBounced {
+        light: Radiance::black(visible.points.len(), false),
         n_done: 0,
     });
-    let is_first_picture = inputs.picturing.has_drafts && !shading.has_first();
-    if is_first_picture && under_way.n_done >= visible.n_first_of_bounce {
-        *finding = Some(under_way);
-        return true;
-    }
-    let end = match is_first_picture {
+    let n_wanted = match has_few {
         true => visible.n_first_of_bounce,
         false => visible.of_bounce.len(),
     };
-    let missing = &visible.of_bounce[under_way.n_done..end];
+    if has_few && under_way.n_done >= n_wanted {
+        return true;
+    }
+    let missing = &visible.of_bounce[under_way.n_done..n_wanted];
     let missing = &missing[..missing.len().min(inputs.slice())];
     let found = shader.shade_bounce(bounce, missing, &visible.points);
     for (&place, found) in missing.iter().zip(found) {
-        under_way.at[place as usize] = found;
+        under_way.light.at[place as usize] = found;
     }
     under_way.n_done += missing.len();
-    if under_way.n_done < visible.of_bounce.len() {
-        *finding = Some(under_way);
-        return false;
+    if under_way.n_done == visible.of_bounce.len()
+        && let Some(FindingBounced { mut light, n_done }) = finding.take()
+    {
+        let all = 0..visible.points.len() as u32;
+        visible.spread_bounce(&mut light, n_done, (all, None));
+        *bounced = Some(Bounced {
+            light,
+            sent_back: inputs.proxies.map_or([0.0; 3], Proxies::total),
+            is_current: true,
+        });
     }
-    visible.spread_bounce(&mut under_way.at, under_way.n_done);
-    *bounced = Some(Bounced {
-        at: under_way.at,
-        sent_back: inputs.proxies.map_or([0.0; 3], Proxies::total),
-        is_current: true,
-    });
     false
 }

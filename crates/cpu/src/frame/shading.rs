@@ -196,17 +196,12 @@ impl Frame {
             return radiance;
         };
         // Points of other fibres have it.
-        let has_plain = self.bounce.is_some() && self.tables_of(scene).is_some();
-        let bounced = match has_plain {
-            true => self.plain.bounced(visible),
-            false => None,
-        };
-        if let Some(bounced) = bounced {
-            let of_plain = done
-                .iter()
-                .filter(|place| is_plain(scene.paint(), visible, **place));
-            for &place in of_plain {
-                radiance.add_at(place, &bounced[place as usize]);
+        if self.bounce.is_some() && self.tables_of(scene).is_some() {
+            let is_plain = |place: &u32| is_plain(scene.paint(), visible, *place);
+            let plain: Vec<u32> = done.iter().copied().filter(is_plain).collect();
+            let bounced = self.plain.bounced_at(&plain, visible).unwrap_or_default();
+            for (place, bounced) in plain.iter().zip(&bounced) {
+                radiance.add_at(*place, bounced);
             }
         }
         radiance
@@ -278,7 +273,7 @@ fn recolored(bounced: &Bounced, lit: Option<&Proxies>) -> Vec<[f32; 4]> {
         false => 0.0,
     };
     let [r, g, b] = [0, 1, 2].map(factor);
-    let bounced = bounced.at.iter();
+    let bounced = bounced.light.at.iter();
     bounced
         .map(|of| [r * of[0], g * of[1], b * of[2], 0.0])
         .collect()
