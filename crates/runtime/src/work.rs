@@ -56,13 +56,13 @@ impl Work {
         self.share.store(per_mille + 1, Ordering::Relaxed);
     }
 
-    /// Stops it as soon as it can be: a program at once, other work at its next step.
+    /// Stops it as soon as it can be: a program at once, which takes away what it has half written; other work at its
+    /// next step.
     pub fn stop(&self) {
         self.is_stopped.store(true, Ordering::Relaxed);
         let mut child = self.child.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(child) = child.as_mut() {
-            // One that has ended cannot be stopped.
-            let _ = child.kill();
+            end(child);
         }
     }
 
@@ -161,6 +161,20 @@ impl Work {
             std::thread::sleep(Duration::from_millis(5));
         }
     }
+}
+
+/// Ends a program. One that has ended, and was not waited for, is left alone.
+#[cfg(unix)]
+fn end(child: &mut Child) {
+    use rustix::process::{Pid, Signal, kill_process};
+    // SIGKILL would leave its temporary files.
+    let _ = kill_process(Pid::from_child(child), Signal::TERM);
+}
+
+/// Ends a program, which cannot be asked to.
+#[cfg(not(unix))]
+fn end(child: &mut Child) {
+    let _ = child.kill();
 }
 
 /// The share in a line like `fitting lights: 25%`.
@@ -264,5 +278,28 @@ mod tests {
         let answer = running.join().expect("no panic");
         assert!(matches!(answer, Err(WorkError::Stopped)), "{answer:?}");
         assert!(start.elapsed() < Duration::from_secs(30));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn stopped_programs_take_away_what_they_have_half_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let half = folder.path().join("half");
+        let line = format!(
+            "trap 'rm \"{0}\"; exit 143' TERM; : > \"{0}\"; echo writing: 50% >&2; while :; do sleep 0.01; done",
+            half.display()
+        );
+        let work = std::sync::Arc::new(Work::default());
+        let other = work.clone();
+        let running =
+            std::thread::spawn(move || other.run("a picture", shell(&line), PathBuf::new()));
+        while work.share() != Some(0.5) && !running.is_finished() {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        assert!(half.is_file());
+        work.stop();
+        let answer = running.join().expect("no panic");
+        assert!(matches!(answer, Err(WorkError::Stopped)), "{answer:?}");
+        assert!(!half.exists());
     }
 }
