@@ -56,13 +56,16 @@ impl Work {
         self.share.store(per_mille + 1, Ordering::Relaxed);
     }
 
-    /// Stops it as soon as it can be: a program at once, which takes away what it has half written; other work at its
-    /// next step.
+    /// Stops it as soon as it can be: a program is asked to end, which takes away what it has half written, and ended if it is
+    /// stopped once more (on Windows at once); other work ends at its next step.
     pub fn stop(&self) {
-        self.is_stopped.store(true, Ordering::Relaxed);
+        let was_stopped = self.is_stopped.swap(true, Ordering::Relaxed);
         let mut child = self.child.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(child) = child.as_mut() {
-            end(child);
+        match child.as_mut() {
+            // One that has ended cannot be stopped.
+            Some(child) if was_stopped => drop(child.kill()),
+            Some(child) => end(child),
+            None => {}
         }
     }
 
@@ -163,7 +166,7 @@ impl Work {
     }
 }
 
-/// Ends a program. One that has ended, and was not waited for, is left alone.
+/// Asks a program to end.
 #[cfg(unix)]
 fn end(child: &mut Child) {
     use rustix::process::{Pid, Signal, kill_process};
@@ -171,7 +174,7 @@ fn end(child: &mut Child) {
     let _ = kill_process(Pid::from_child(child), Signal::TERM);
 }
 
-/// Ends a program, which cannot be asked to.
+/// Ends a program: it cannot be asked to.
 #[cfg(not(unix))]
 fn end(child: &mut Child) {
     let _ = child.kill();

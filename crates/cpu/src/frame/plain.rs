@@ -29,13 +29,13 @@ pub(super) struct PlainPoints {
     pub kept: Option<Kept>,
     /// Light of the proxies that the points scatter, and that of proxies in other light, which will take its place.
     pub bounced: Option<Bounced>,
-    /// What it was before an edit that left shadows as they were.
-    pub bounced_before: Option<RadianceBefore>,
     pub finding_bounced: Option<FindingBounced>,
+    /// What it was before an edit that left shadows as they were, until it is found.
+    pub bounced_before: Option<RadianceBefore>,
 }
 
 impl PlainPoints {
-    /// Radiance of some points without [bounce light](PlainPoints::bounced), or nothing yet: then something was found that
+    /// Radiance of some points without [bounce light](PlainPoints::bounced_at), or nothing yet: then something was found that
     /// it needs, or that light does.
     pub fn shade(
         &mut self,
@@ -54,12 +54,17 @@ impl PlainPoints {
         let seen = (&inputs.picturing.view, inputs.profile);
         let of_lights = (arriving, records);
         let shader = WideShader::new(scene, seen, tables, of_lights, maps, shading.peaks);
+        // Where there is paint no plain point may follow, for which the rest would be found.
+        let is_draft = shading.quality == Quality::Draft;
+        let does_for_first = self.bounced_before.is_some() && scene.paint().is_none();
+        let has_few =
+            inputs.picturing.has_drafts && !shading.has_first() && (is_draft || does_for_first);
         let found = (&mut self.bounced, &mut self.finding_bounced);
-        let has_few = inputs.picturing.has_drafts
-            && !shading.has_first()
-            && (self.bounced_before.is_some() || shading.quality == Quality::Draft);
         if !step_bounced(found, (inputs, has_few), &shader) {
             return None;
+        }
+        if self.finding_bounced.is_none() {
+            self.bounced_before = None;
         }
         let shaded = shader.shade(places, &inputs.visible.points, self.kept.is_some());
         if let Some(kept) = &mut self.kept {

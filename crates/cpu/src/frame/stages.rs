@@ -37,7 +37,7 @@ const MAX_PROXY_BYTES: usize = 64 << 20;
 /// Height maps of meshes are kept, for light on the proxies, if they are at most so many: some 64 MB.
 const MAX_HEIGHT_MAPS: usize = 256;
 
-/// Widths of the light that a thread fills tables of at a time: some milliseconds.
+/// Widths of the light that a thread fills tables of at a time: half a millisecond, of model `energy` some.
 const WIDTHS_AT_ONCE: usize = 4;
 
 /// Are answers of the maps of `plan` at all points few enough to be kept, so that they serve any view?

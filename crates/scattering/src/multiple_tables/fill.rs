@@ -15,6 +15,8 @@ use crate::closed_form::{
     node_constants, node_count, node_extent, node_place, outer_rule,
 };
 
+use crate::wide::Level;
+
 use super::axes::Axes;
 use super::azimuth::{Profiles, Row};
 
@@ -53,7 +55,7 @@ impl Source<'_> {
     pub fn fill_layer(&self, axes: &Axes, width: f32, rows: &mut [Row]) {
         match self.fibre.is_energy() {
             true => each_row(axes, width, rows, |j, o| self.row(width, j, o)),
-            false => self.rows_of_layer(axes, width, rows),
+            false => self.rows_of_layer(Level::new(), axes, width, rows),
         }
     }
 
@@ -61,7 +63,7 @@ impl Source<'_> {
     pub fn fill_direct_layer(&self, axes: &Axes, width: f32, rows: &mut [DirectRow]) {
         match self.fibre.is_energy() {
             true => each_row(axes, width, rows, |j, o| self.direct_row(width, j, o)),
-            false => self.direct_rows_of_layer(axes, width, rows),
+            false => self.direct_rows_of_layer(Level::new(), axes, width, rows),
         }
     }
 

@@ -39,8 +39,8 @@ fn inclinations<S: Simd>(
 
 impl Source<'_> {
     /// [`Source::row`] of all rows of the layer of this width.
-    pub fn rows_of_layer(&self, axes: &Axes, width: f32, rows: &mut [Row]) {
-        dispatch!(Level::new(), simd => {
+    pub fn rows_of_layer(&self, level: Level, axes: &Axes, width: f32, rows: &mut [Row]) {
+        dispatch!(level, simd => {
             for (ix, rows) in rows.chunks_mut(LANES).enumerate() {
                 let [theta_j, theta_o] = inclinations(simd, axes, width, LANES * ix, rows.len());
                 let found = self.eight_rows(width, theta_j, theta_o);
@@ -50,11 +50,17 @@ impl Source<'_> {
     }
 
     /// [`Source::direct_row`] of all rows of the layer of this width.
-    pub fn direct_rows_of_layer(&self, axes: &Axes, width: f32, rows: &mut [DirectRow]) {
+    pub fn direct_rows_of_layer(
+        &self,
+        level: Level,
+        axes: &Axes,
+        width: f32,
+        rows: &mut [DirectRow],
+    ) {
         let Some(averages) = self.averages else {
             return;
         };
-        dispatch!(Level::new(), simd => {
+        dispatch!(level, simd => {
             for (ix, rows) in rows.chunks_mut(LANES).enumerate() {
                 let [theta_j, theta_o] = inclinations(simd, axes, width, LANES * ix, rows.len());
                 let found = eight_direct_rows(width, theta_j, theta_o, averages);
@@ -212,23 +218,22 @@ mod tests {
     use crate::dual_scattering::AverageTable;
     use crate::fresnel::Fresnel;
     use crate::jobs::in_turn;
+    use crate::multiple_tables::Plan;
     use crate::multiple_tables::fill::each_row;
-    use crate::multiple_tables::{Filling, Plan};
     use crate::random::SplitMix64;
     use crate::wide::fixture::{Fixture, params};
+    use crate::wide::levels;
 
     /// How far rows are from those that are found one by one, over the largest number of their column.
     fn worst<const N: usize>(found: &[[f32; N]], one_by_one: &[[f32; N]]) -> f32 {
         let mut worst = 0.0f32;
         for column in 0..N {
             let of = |row: &[f32; N]| row[column];
-            let largest = one_by_one
-                .iter()
-                .map(of)
-                .fold(0.0, |a: f32, b| a.max(b.abs()));
+            let sizes = one_by_one.iter().map(|row| of(row).abs());
+            let largest = sizes.fold(1e-30, f32::max);
             for (found, one) in found.iter().zip(one_by_one) {
-                let off = (of(found) - of(one)).abs();
-                worst = worst.max(if off > 0.0 { off / largest } else { 0.0 });
+                assert!(of(found).is_finite());
+                worst = worst.max((of(found) - of(one)).abs() / largest);
             }
         }
         worst
@@ -239,68 +244,75 @@ mod tests {
         2e-5 + 1e-7 / width
     }
 
+    fn check_rows(source: &Source, level: Level, axes: &Axes, name: &str) {
+        for layer in 0..axes.count[0] {
+            let width = axes.width_of(layer);
+            let mut rows = vec![Row::default(); axes.layer()];
+            let mut found = rows.clone();
+            each_row(axes, width, &mut rows, |j, o| source.row(width, j, o));
+            source.rows_of_layer(level, axes, width, &mut found);
+            let worst = worst(&found, &rows);
+            assert!(worst < tolerance(width), "{name}, width {width}: {worst}");
+        }
+    }
+
+    fn check_direct_rows(source: &Source, level: Level, axes: &Axes, name: &str) {
+        for layer in 0..axes.count[0] {
+            let width = axes.width_of(layer);
+            let mut rows = vec![DirectRow::default(); axes.layer()];
+            let mut found = rows.clone();
+            each_row(axes, width, &mut rows, |j, o| {
+                source.direct_row(width, j, o)
+            });
+            source.direct_rows_of_layer(level, axes, width, &mut found);
+            let rgb = |row: &DirectRow| [row[0], row[1], row[2]];
+            let of_eight: Vec<[f32; 3]> = found.iter().map(rgb).collect();
+            let of_one: Vec<[f32; 3]> = rows.iter().map(rgb).collect();
+            let worst = worst(&of_eight, &of_one);
+            assert!(worst < tolerance(width), "{name}, width {width}: {worst}");
+            // Halvings may end beside each other; and where any sharpness does, cosines may be any. A share of
+            // just about ALL may be taken for more or less.
+            let mut n_others = 0;
+            for (at, (found, one)) in found.iter().zip(&rows).enumerate() {
+                let theta_j = axes.inclinations_of(width, at)[0];
+                let kappa = 2.0 * theta_j.cos() / (width * width);
+                let share =
+                    |row: &DirectRow| closed_form::half_circle(kappa * row[3], MATCHED_COSINE);
+                let is_beside = (found[3] - one[3]).abs() < 1.1 / (1 << N_BISECTIONS) as f32;
+                let off = (share(found) - share(one)).abs();
+                assert!(is_beside || off < 2e-3, "{name}: {found:?} {one:?}");
+                n_others += usize::from(!is_beside && off > 1e-4);
+            }
+            let n = rows.len();
+            assert!(
+                n_others < n / 500,
+                "{name}, width {width}: {n_others} of {n}"
+            );
+        }
+    }
+
     #[test]
     fn eight_rows_are_as_one_by_one() {
         let fixture = Fixture::new();
-        for ix in 0..12 {
+        for ix in 0..8 {
             let hair = params(&mut SplitMix64::of_item(5, ix), false);
             let averages = pack_averages(&AverageTable::new(&hair, Fresnel::Dielectric));
             let of_fibre = fixture.hair_of(&hair);
             let shading = of_fibre.shading(&fixture);
-            let terms = TERM_GLOBAL | TERM_LOCAL;
-            let Plan {
-                axes,
-                direct_axes,
-                profiles,
-                ..
-            } = Plan::new(&shading, &averages, terms, in_turn);
+            let terms = [TERM_GLOBAL | TERM_LOCAL, TERM_GLOBAL, TERM_LOCAL][ix as usize % 3];
+            let plan = Plan::new(&shading, &averages, terms, in_turn);
+            let has_local = terms & TERM_LOCAL != 0;
             let source = Source {
                 fibre: shading.fibre,
-                profiles: profiles.as_ref(),
-                averages: Some(&averages),
+                profiles: plan.profiles.as_ref(),
+                averages: has_local.then_some(&averages),
             };
-            let mut tables = Filling::new(&shading, &averages, terms, in_turn);
-            assert!(tables.fill(shading.fibre, &averages, usize::MAX, in_turn));
-            let layers = tables.rows.chunks_exact(axes.layer()).enumerate();
-            for (layer, found) in layers {
-                let width = axes.width_of(layer);
-                let mut rows = vec![Row::default(); axes.layer()];
-                each_row(&axes, width, &mut rows, |j, o| source.row(width, j, o));
-                let worst = worst(found, &rows);
-                assert!(worst < tolerance(width), "{ix}: width {width}: {worst}");
-            }
-            let layers = tables.direct.chunks_exact(direct_axes.layer()).enumerate();
-            for (layer, found) in layers {
-                let width = direct_axes.width_of(layer);
-                let mut rows = vec![DirectRow::default(); direct_axes.layer()];
-                each_row(&direct_axes, width, &mut rows, |j, o| {
-                    source.direct_row(width, j, o)
-                });
-                let rgb = |row: &DirectRow| [row[0], row[1], row[2]];
-                let [of_eight, of_one] =
-                    [found, &rows[..]].map(|rows| rows.iter().map(rgb).collect::<Vec<_>>());
-                let worst = worst(&of_eight, &of_one);
-                assert!(
-                    worst < tolerance(width),
-                    "{ix}: direct, width {width}: {worst}"
-                );
-                // Halvings may end beside each other; and where any sharpness does, cosines may be any. A share of
-                // just about ALL may be taken for more or less.
-                let mut n_others = 0;
-                for (at, (found, one)) in found.iter().zip(&rows).enumerate() {
-                    let theta_j = direct_axes.inclinations_of(width, at)[0];
-                    let kappa = 2.0 * theta_j.cos() / (width * width);
-                    let share =
-                        |row: &DirectRow| closed_form::half_circle(kappa * row[3], MATCHED_COSINE);
-                    let is_beside = (found[3] - one[3]).abs() < 1.1 / (1 << N_BISECTIONS) as f32;
-                    let off = (share(found) - share(one)).abs();
-                    assert!(is_beside || off < 2e-3, "{ix}: {found:?} {one:?}");
-                    n_others += usize::from(!is_beside && off > 1e-4);
+            for (level_name, level) in levels() {
+                let name = format!("{ix}, {level_name}");
+                check_rows(&source, level, &plan.axes, &name);
+                if has_local {
+                    check_direct_rows(&source, level, &plan.direct_axes, &name);
                 }
-                assert!(
-                    n_others < rows.len() / 500,
-                    "{ix}: direct, width {width}: {n_others}"
-                );
             }
         }
     }
