@@ -9,7 +9,7 @@ use super::super::radiance::{Radiance, RadianceBefore};
 use super::super::shade::Counts;
 use super::super::shade_wide::WideShader;
 use super::super::visible::VisiblePoints;
-use super::inputs::Inputs;
+use super::inputs::{Inputs, is_plain};
 use super::kept::Kept;
 use super::parts::{Bounced, FindingBounced, Quality, Shading};
 
@@ -54,11 +54,16 @@ impl PlainPoints {
         let seen = (&inputs.picturing.view, inputs.profile);
         let of_lights = (arriving, records);
         let shader = WideShader::new(scene, seen, tables, of_lights, maps, shading.peaks);
-        // Where there is paint no plain point may follow, for which the rest would be found.
-        let is_draft = shading.quality == Quality::Draft;
-        let does_for_first = self.bounced_before.is_some() && scene.paint().is_none();
-        let has_few =
-            inputs.picturing.has_drafts && !shading.has_first() && (is_draft || does_for_first);
+        let has_few = inputs.picturing.has_drafts
+            && !shading.has_first()
+            && match shading.quality {
+                Quality::Draft => true,
+                // The rest is found for the plain points that follow.
+                _ => {
+                    self.bounced_before.is_some()
+                        && has_plain(inputs, &shading.order[shading.n_first..])
+                }
+            };
         let found = (&mut self.bounced, &mut self.finding_bounced);
         if !step_bounced(found, (inputs, has_few), &shader) {
             return None;
@@ -159,6 +164,14 @@ impl PlainPoints {
             .filter(|kept| kept.is_of(lights, all, n_places))
             .or_else(|| Kept::new(lights, all, n_places));
     }
+}
+
+/// Is one of these points plain?
+fn has_plain(inputs: &Inputs, places: &[u32]) -> bool {
+    let paint = inputs.picturing.scene.paint();
+    places
+        .iter()
+        .any(|place| is_plain(paint, inputs.visible, *place))
 }
 
 /// Finds some more of the light of the proxies, while what was found before stays; answers whether enough is known: at `has_few`,
