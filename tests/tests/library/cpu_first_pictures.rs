@@ -9,6 +9,7 @@ use strandlight_cpu::InteractiveRenderer;
 use strandlight_formats::{Background, ProxySection, Scene, SrbfLight};
 use strandlight_runtime::Session;
 use strandlight_runtime::script::Script;
+use strandlight_scene::paint::{Paint, PaintedPoint};
 use strandlight_scene::{Backend, PreparedScene};
 use strandlight_tests::scenes::{curtain, key_and_sky, write_scene, write_small_scene};
 
@@ -336,5 +337,44 @@ fn lights_switched_on_while_the_view_turns_show_hair_and_proxies() {
             live.display().pixels == fresh.display().pixels,
             "after {n_steps} steps"
         );
+    }
+}
+
+/// Of hair that is painted all but for one point, that point may be among those that a first picture shades, and no other
+/// finds the rest of the light from proxies: the last picture is that of a fresh scene all the same.
+#[test]
+fn nearly_all_painted_hair_ends_with_all_light_of_proxies() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = write_dense_hair(folder.path(), key_and_sky());
+    let mut description = Scene::read(&at).expect("a scene");
+    description.proxies = vec![ProxySection::Ground {
+        height: -1.5,
+        albedo: [0.9; 3],
+    }];
+    let scene = PreparedScene::load(&description).expect("hair");
+    let n_points = scene.strands.n_groom_points();
+    let dyed = PaintedPoint {
+        sigma_a: [0.1, 0.4, 0.9],
+        weight: 1.0,
+        ..PaintedPoint::NONE
+    };
+    let modes = scene.hair.modes().to_vec();
+    let mut hair = *scene.hair.hair();
+    hair.eta = 1.5;
+    // One in three of neighbours is shaded first.
+    for plain in n_points / 2..n_points / 2 + 6 {
+        let mut paint = Paint::unpainted(n_points);
+        paint.points.fill(dyed);
+        paint.points[plain] = PaintedPoint::NONE;
+        let mut live = InteractiveRenderer::new(scene.clone());
+        live.set_paint(&paint, 0..n_points).expect("as many");
+        while !live.advance(Duration::ZERO).expect("a step").is_done {}
+        live.set_hair(&hair, &modes).expect("in range");
+        while !live.advance(Duration::ZERO).expect("a step").is_done {}
+        let mut fresh = InteractiveRenderer::new(scene.clone());
+        fresh.set_hair(&hair, &modes).expect("in range");
+        fresh.set_paint(&paint, 0..n_points).expect("as many");
+        while !fresh.advance(Duration::ZERO).expect("a step").is_done {}
+        assert!(live.display().pixels == fresh.display().pixels, "{plain}");
     }
 }
