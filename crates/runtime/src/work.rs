@@ -63,7 +63,9 @@ impl Work {
         let mut child = self.child.lock().unwrap_or_else(PoisonError::into_inner);
         match child.as_mut() {
             // One that has ended cannot be stopped.
-            Some(child) if was_stopped => drop(child.kill()),
+            Some(child) if was_stopped => {
+                let _ = child.kill();
+            }
             Some(child) => end(child),
             None => {}
         }

@@ -30,6 +30,20 @@ fn write_dense_hair(folder: &Path, lights: Vec<SrbfLight>) -> PathBuf {
     })
 }
 
+/// The same over a ground that sends light back.
+fn dense_hair_over_a_ground() -> PreparedScene {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = write_dense_hair(folder.path(), key_and_sky());
+    let mut description = Scene::read(&at).expect("a scene");
+    description.proxies = vec![ProxySection::Ground {
+        height: -1.5,
+        albedo: [0.9; 3],
+    }];
+    let scene = PreparedScene::load(&description).expect("hair");
+    assert!(scene.has_bounce());
+    scene
+}
+
 /// The first picture after an edit of the hair, of one in five points, hardly differs from the last beside what the
 /// edit changes: shadows are where they were.
 #[test]
@@ -253,15 +267,7 @@ fn edits_that_waited_are_taken_up_with_later_ones() {
 /// Lights are coloured while the light from proxies is being found for the colours before: pictures keep what was found of it.
 #[test]
 fn light_from_proxies_stays_while_lights_are_dragged() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = write_dense_hair(folder.path(), key_and_sky());
-    let mut description = Scene::read(&at).expect("a scene");
-    description.proxies = vec![ProxySection::Ground {
-        height: -1.5,
-        albedo: [0.9; 3],
-    }];
-    let scene = PreparedScene::load(&description).expect("hair");
-    assert!(scene.has_bounce());
+    let scene = dense_hair_over_a_ground();
     let colors = |share: f32| -> Vec<[f32; 3]> {
         let of_lights = scene.lights.iter();
         of_lights
@@ -344,14 +350,7 @@ fn lights_switched_on_while_the_view_turns_show_hair_and_proxies() {
 /// finds the rest of the light from proxies: the last picture is that of a fresh scene all the same.
 #[test]
 fn nearly_all_painted_hair_ends_with_all_light_of_proxies() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let at = write_dense_hair(folder.path(), key_and_sky());
-    let mut description = Scene::read(&at).expect("a scene");
-    description.proxies = vec![ProxySection::Ground {
-        height: -1.5,
-        albedo: [0.9; 3],
-    }];
-    let scene = PreparedScene::load(&description).expect("hair");
+    let scene = dense_hair_over_a_ground();
     let n_points = scene.strands.n_groom_points();
     let dyed = PaintedPoint {
         sigma_a: [0.1, 0.4, 0.9],

@@ -87,6 +87,7 @@ impl ProxyLight {
 /// Light of the proxies that the visible points of plain hair scatter. It changes slowly along strands: it is found at some
 /// of the points and interpolated.
 pub(super) struct Bounced {
+    /// At the visible points.
     pub light: Radiance,
     /// What the proxies sent back in all.
     pub sent_back: [f32; 3],
@@ -96,6 +97,7 @@ pub(super) struct Bounced {
 
 /// The same while it is being found.
 pub(super) struct FindingBounced {
+    /// At the visible points, black where it is not found.
     pub light: Radiance,
     /// Of `VisiblePoints::of_bounce`, as many as are found.
     pub n_done: usize,

@@ -225,8 +225,6 @@ impl Frame {
                 false => shading.n_first,
             };
             let done = &shading.order[..n_done];
-            let is_found = self.plain.finding_bounced.is_none();
-            debug_assert!(!is_whole || is_found, "light from proxies is found in part");
             let mut radiance = self.with_bounce(picturing.scene, shading.radiance, done);
             if !is_whole {
                 radiance = self.filled(radiance, n_done);

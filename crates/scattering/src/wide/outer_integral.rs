@@ -134,28 +134,29 @@ impl<S: Simd> OuterRules<S> {
     /// As [`OuterRules::node`], [`crate::closed_form::node_place`].
     #[inline(always)]
     pub fn place(&self, counts: [u32; 3], ix: u32) -> NodePlaces<S> {
-        let [u, weight, fall, growth] = self.node_constants(counts, ix);
-        let one = f32x8::splat(u.token(), 1.0);
-        let below = self.low * fall + 1.0;
-        let above = self.high * growth + 1.0;
-        let inverse = one / (below * above);
-        let step = self.spread * (u + ln(below * (below * inverse)) * CLAMP);
-        NodePlaces {
-            theta_i: clamp(self.mean + step, -FRAC_PI_2, FRAC_PI_2),
-            step,
-            weight: weight * self.spread * (one - self.low * self.high) * inverse,
-        }
+        self.place_by(self.node_constants(counts, ix), CLAMP)
     }
 
     /// As [`OuterRules::node`], [`crate::closed_form::fisher_place`].
     #[inline(always)]
     pub fn fisher_place(&self, counts: [u32; 3], ix: u32) -> NodePlaces<S> {
         let [u, weight, fall, growth] = self.node_constants(counts, ix);
+        let constants = [u, weight, fall * fall.sqrt(), growth * growth.sqrt()];
+        self.place_by(constants, FISHER_CLAMP)
+    }
+
+    /// The node of these constants, by a clamp of this width over the spread.
+    #[inline(always)]
+    fn place_by(
+        &self,
+        [u, weight, fall, growth]: [f32x8<S>; 4],
+        clamp_width: f32,
+    ) -> NodePlaces<S> {
         let one = f32x8::splat(u.token(), 1.0);
-        let below = self.low * (fall * fall.sqrt()) + 1.0;
-        let above = self.high * (growth * growth.sqrt()) + 1.0;
+        let below = self.low * fall + 1.0;
+        let above = self.high * growth + 1.0;
         let inverse = one / (below * above);
-        let step = self.spread * (u + ln(below * (below * inverse)) * FISHER_CLAMP);
+        let step = self.spread * (u + ln(below * (below * inverse)) * clamp_width);
         NodePlaces {
             theta_i: clamp(self.mean + step, -FRAC_PI_2, FRAC_PI_2),
             step,
