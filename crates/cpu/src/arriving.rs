@@ -23,8 +23,8 @@ use super::voxelise::{grid_position, voxel_index};
 /// Visible points that a thread works on at a time.
 const CHUNK: usize = 64;
 
-/// Points that the shadow volume is looked up at, at a time: some milliseconds.
-const POINTS_AT_ONCE: usize = 128 * CHUNK;
+/// Places among which the shadow volume is looked up, at a time: some milliseconds if it is at all of them.
+const PLACES_AT_ONCE: usize = 256 * CHUNK;
 
 /// Numbers of a light at a point.
 const N_NUMBERS: usize = 6;
@@ -40,18 +40,27 @@ const MAX_BYTES: usize = 112 << 20;
 pub(super) struct Arriving {
     /// The lights of the group, indices in the scene's list: a column each.
     pub lights: Vec<u32>,
-    /// Columns that are found.
-    n_filled: usize,
-    /// Points at which the next eight columns are found.
-    n_points: usize,
-    /// `[column][voxel]` of these eight columns, unpacked.
-    records: Vec<[f32; 4]>,
-    /// Places where they are not yet; all where there are none given.
-    missing: Option<Vec<u32>>,
+    /// By place: is it found what the shadow volume says there?
+    is_found: Vec<bool>,
+    n_found: usize,
+    finding: Option<Finding>,
     /// `[place][number][column]`, whole vectors of columns, unorm16: the unblocked share of all modes but TT; that
     /// of TT; three depths, see [`ShadowRecords`](strandlight_scattering::wide::ShadowRecords), over [`MOST_DEPTH`]; the sine of
     /// the inclination of the hair that the light passes.
     numbers: Vec<u16>,
+}
+
+/// What the shadow volume says at some places, while it is being found.
+#[derive(Clone, Debug)]
+struct Finding {
+    /// The places, growing.
+    places: Vec<u32>,
+    /// Columns that are found at all of them.
+    n_filled: usize,
+    /// Places from the first on, of all there are, at which the next eight columns are found.
+    n_done: usize,
+    /// `[column][voxel]` of these eight columns, unpacked.
+    records: Vec<[f32; 4]>,
 }
 
 /// Eight columns.
@@ -141,10 +150,9 @@ impl Arriving {
     pub fn new(lights: &[u32], n_places: usize) -> Arriving {
         Arriving {
             lights: lights.to_vec(),
-            n_filled: 0,
-            n_points: 0,
-            records: Vec::new(),
-            missing: None,
+            is_found: vec![false; n_places],
+            n_found: 0,
+            finding: None,
             numbers: vec![0; N_NUMBERS * lights.len().next_multiple_of(LANES) * n_places],
         }
     }
@@ -154,19 +162,16 @@ impl Arriving {
         self.lights.len().next_multiple_of(LANES)
     }
 
-    /// The same of other visible points: what is there of those that were visible `before` is kept.
+    /// The same of other visible points: what is found at those that were visible `before` is kept.
     pub fn of_view(&self, before: &[u32], visible: &[u32]) -> Arriving {
         let per_point = N_NUMBERS * self.row();
-        let mut missing = Vec::new();
         let mut was = (0..).zip(before).peekable();
         // Where each was among those before.
-        let places = (0..).zip(visible).map(|(place, point)| {
+        let places = visible.iter().map(|point| {
             while was.next_if(|(_, other)| *other < point).is_some() {}
             let old = was.next_if(|(_, other)| *other == point);
-            if old.is_none() {
-                missing.push(place);
-            }
             old.map(|(old, _): (usize, _)| old)
+                .filter(|old| self.is_found[*old])
         });
         let places: Vec<Option<usize>> = places.collect();
         let mut arriving = Arriving::new(&self.lights, visible.len());
@@ -181,31 +186,70 @@ impl Arriving {
                     }
                 }
             });
-        arriving.missing = Some(missing);
+        arriving.is_found = places.iter().map(Option::is_some).collect();
+        arriving.n_found = places.iter().flatten().count();
         arriving
     }
 
-    /// Is all of what the shadow volume says there?
-    pub fn is_filled(&self) -> bool {
-        self.n_filled == self.lights.len()
+    /// Goes on finding what the shadow volume says, at all places or at `some`, of all lights and their packed records,
+    /// `[light][voxel]`; answers whether all of it is there.
+    pub fn find(
+        &mut self,
+        scene: &PreparedScene,
+        grid: &Grid,
+        lights: (&[LightRecord], &[PackedRecord]),
+        (visible, some): (&[u32], Option<&[u32]>),
+    ) -> bool {
+        if self.n_found == visible.len() {
+            return true;
+        }
+        let mut finding = match self.finding.take() {
+            Some(finding) => finding,
+            None => {
+                let mut places = match some {
+                    Some(some) => some.to_vec(),
+                    None => (0..visible.len() as u32).collect(),
+                };
+                places.retain(|place| !self.is_found[*place as usize]);
+                if places.is_empty() {
+                    return true;
+                }
+                places.sort_unstable();
+                Finding {
+                    places,
+                    n_filled: 0,
+                    n_done: 0,
+                    records: Vec::new(),
+                }
+            }
+        };
+        if self.fill(&mut finding, scene, grid, lights, visible) {
+            for &place in &finding.places {
+                self.is_found[place as usize] = true;
+            }
+            self.n_found += finding.places.len();
+        } else {
+            self.finding = Some(finding);
+        }
+        false
     }
 
-    /// Finds what the shadow volume says of the next eight lights at some more points: from all lights and their
-    /// packed records, `[light][voxel]`.
-    pub fn fill(
+    /// Finds the next eight columns at some more of the places; answers whether all columns are there at all of them.
+    fn fill(
         &mut self,
+        finding: &mut Finding,
         scene: &PreparedScene,
         grid: &Grid,
         (all, packed): (&[LightRecord], &[PackedRecord]),
         visible: &[u32],
-    ) {
-        let first = self.n_filled;
+    ) -> bool {
+        let first = finding.n_filled;
         let n = self.lights.len();
         let columns = first..(first + LANES).min(n);
         let n_voxels = grid.n_voxels();
         let lights: Vec<usize> = columns.clone().map(|ix| self.lights[ix] as usize).collect();
-        if self.n_points == 0 {
-            self.records = unpacked(&lights, packed, n_voxels);
+        if finding.n_done == 0 {
+            finding.records = unpacked(&lights, packed, n_voxels);
         }
         let lift = SELF_LIFT * grid.h;
         let lifts: Vec<Vec3> = lights
@@ -213,58 +257,38 @@ impl Arriving {
             .map(|&light| Vec3::from(all[light].direction) * lift)
             .collect();
         let points = &scene.strands.points;
-        let lights = (&lifts[..], &self.records[..]);
+        let lights = (&lifts[..], &finding.records[..]);
         let position = |point: u32| Vec3::from_slice(&points[point as usize]);
         let level = Level::new();
-        let n_lanes = lifts.len();
         let n_row = self.row();
         let per_point = N_NUMBERS * n_row;
-        let write = |numbers: &mut [u16], row: [[u16; LANES]; N_NUMBERS]| {
-            for (numbers, row) in numbers.chunks_exact_mut(n_row).zip(row) {
-                numbers[first..first + n_lanes].copy_from_slice(&row[..n_lanes]);
-            }
-        };
-        let n_all = self.missing.as_ref().map_or(visible.len(), Vec::len);
-        let points = self.n_points..(self.n_points + POINTS_AT_ONCE).min(n_all);
-        match &self.missing {
-            None => self.numbers[per_point * points.start..per_point * points.end]
-                .par_chunks_mut(per_point * CHUNK)
-                .zip(visible[points.clone()].par_chunks(CHUNK))
-                .for_each(|(numbers, points)| {
-                    dispatch!(level, simd => {
-                        for (numbers, &point) in numbers.chunks_exact_mut(per_point).zip(points) {
-                            write(numbers, pack_row(simd, &records_at(grid, lights, position(point))));
+        let range = finding.n_done..(finding.n_done + PLACES_AT_ONCE).min(visible.len());
+        let places = &finding.places[..];
+        self.numbers[per_point * range.start..per_point * range.end]
+            .par_chunks_mut((per_point * CHUNK).max(1))
+            .enumerate()
+            .for_each(|(chunk, numbers)| {
+                let start = range.start + CHUNK * chunk;
+                let [from, to] = [start, start + CHUNK]
+                    .map(|end| places.partition_point(|place| (*place as usize) < end));
+                dispatch!(level, simd => {
+                    for &place in &places[from..to] {
+                        let place = place as usize;
+                        let found = records_at(grid, lights, position(visible[place]));
+                        let rows = pack_row(simd, &found);
+                        let numbers = &mut numbers[per_point * (place - start)..][..per_point];
+                        for (numbers, row) in numbers.chunks_exact_mut(n_row).zip(rows) {
+                            numbers[columns.clone()].copy_from_slice(&row[..columns.len()]);
                         }
-                    });
-                }),
-            Some(missing) => {
-                let missing = &missing[points.clone()];
-                let rows: Vec<_> = missing
-                    .par_chunks(CHUNK)
-                    .flat_map_iter(|places| {
-                        let mut rows = Vec::with_capacity(CHUNK);
-                        dispatch!(level, simd => {
-                            for &place in places {
-                                let point = visible[place as usize];
-                                rows.push(pack_row(simd, &records_at(grid, lights, position(point))));
-                            }
-                        });
-                        rows
-                    })
-                    .collect();
-                for (&place, row) in missing.iter().zip(rows) {
-                    write(
-                        &mut self.numbers[per_point * place as usize..][..per_point],
-                        row,
-                    );
-                }
-            }
+                    }
+                });
+            });
+        finding.n_done = range.end;
+        if range.end == visible.len() {
+            (finding.n_filled, finding.n_done) = (columns.end, 0);
+            finding.records = Vec::new();
         }
-        self.n_points = points.end;
-        if points.end == n_all {
-            (self.n_filled, self.n_points) = (columns.end, 0);
-            self.records = Vec::new();
-        }
+        finding.n_filled == n
     }
 
     /// Takes the unblocked shares that shadow maps found at `places`, which begin with a whole [`CHUNK`], of the lights of
@@ -412,15 +436,17 @@ mod tests {
     #[test]
     fn another_view_keeps_what_is_known() {
         let mut arriving = Arriving::new(&[4, 2], 3);
+        arriving.is_found = vec![true, false, true];
         for (ix, number) in arriving.numbers.iter_mut().enumerate() {
             *number = ix as u16;
         }
-        let other = arriving.of_view(&[3, 7, 9], &[1, 3, 8, 9, 12]);
-        assert_eq!(other.missing, Some(vec![0, 2, 4]));
+        let other = arriving.of_view(&[3, 7, 9], &[1, 3, 7, 9, 12]);
+        assert_eq!(other.is_found, [false, true, false, true, false]);
         // Six numbers of eight columns each.
         assert_eq!(other.numbers[48..96], arriving.numbers[..48]);
         assert_eq!(other.numbers[144..192], arriving.numbers[96..]);
-        assert!(!other.is_filled() && other.numbers.len() == 240);
+        assert!(other.n_found == 2 && other.numbers.len() == 240);
+        assert_eq!(other.numbers[96..144], [0; 48]);
     }
 
     #[test]

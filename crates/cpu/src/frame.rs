@@ -57,8 +57,13 @@ impl Frame {
             }
             self.carried_from = None;
             self.keep_for_next_view(are_kept);
-        } else if Stage::ShadowMaps.inputs().contains(&edit) {
-            (self.through_before, self.plain.arriving_before) = (None, None);
+        } else {
+            if Stage::ShadowMaps.inputs().contains(&edit) {
+                self.plain.arriving_before = None;
+            }
+            if Stage::ThroughMaps.inputs().contains(&edit) {
+                self.through_before = None;
+            }
         }
         if edit == Edit::Paint {
             let whole = self
@@ -143,8 +148,7 @@ impl Frame {
             if let (Some(arriving), Some((_, visible))) =
                 (self.plain.arriving.take(), self.list.take())
             {
-                let is_filled = arriving.is_filled();
-                self.plain.arriving_before = is_filled.then_some((arriving, visible.points));
+                self.plain.arriving_before = Some((arriving, visible.points));
             }
         } else {
             self.plain.arriving_before = None;

@@ -256,6 +256,11 @@ impl ShadowPlan {
         views
     }
 
+    /// Are its maps along any line of sight those of another plan? They do not depend on where the lights are.
+    pub fn has_through_of(&self, other: &ShadowPlan) -> bool {
+        self.through == other.through
+    }
+
     /// All maps together with those of an eye that looks along `forward`.
     pub fn mixture(&self, forward: [f32; 3]) -> Mixture {
         let through = self.through(forward);

@@ -296,7 +296,7 @@ fn edits_run_only_the_stages_that_they_touch() {
         (json!({"render.exposure": 1}), &[]),
         (
             json!({"lights.rotate_deg": 40}),
-            &["shadow maps", "through maps", "transmittance", "shade"],
+            &["shadow maps", "transmittance", "shade"],
         ),
         (
             json!({"camera.position": [1, -2, 12]}),

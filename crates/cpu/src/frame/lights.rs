@@ -29,12 +29,15 @@ impl Frame {
         if scene.reference_amplitudes.is_some() || !serves(&plan, &now, &scene.lights) {
             plan = now;
         }
-        let before = self.lights.take();
-        if before.is_none_or(|before| before.plan != plan) {
+        let before = self.lights.take().map(|before| before.plan);
+        if before.as_ref() != Some(&plan) {
             self.forget_kept();
             self.forget(Stage::ShadowMaps);
+            self.plain.arriving_before = None;
+        }
+        if !before.is_some_and(|before| before.has_through_of(&plan)) {
             self.forget(Stage::ThroughMaps);
-            (self.through_before, self.plain.arriving_before) = (None, None);
+            self.through_before = None;
         }
         let (records, sweeps) = scene.records_with(&plan);
         let is_lit: Vec<bool> = records.iter().map(|light| light.power > 0.0).collect();

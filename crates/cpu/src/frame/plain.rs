@@ -117,22 +117,22 @@ impl PlainPoints {
             1 => of_group.iter().all(|ix| arriving.lights.contains(ix)),
             _ => arriving.lights == of_group,
         };
-        let arriving = self.arriving.take_if(|arriving| serves(arriving));
-        let arriving = self.arriving.insert(arriving.unwrap_or_else(|| {
+        if !self.arriving.as_ref().is_some_and(serves) {
             let before = self.arriving_before.take();
-            match before.filter(|(before, _)| serves(before)) {
+            self.arriving = Some(match before.filter(|(before, _)| serves(before)) {
                 Some((before, points)) => before.of_view(&points, visible),
                 None => Arriving::new(of_group, visible.len()),
-            }
-        }));
+            });
+            self.n_shares = 0;
+        }
+        let Some(arriving) = &mut self.arriving else {
+            return false;
+        };
         let scene = inputs.picturing.scene;
-        if !arriving.is_filled() {
-            arriving.fill(
-                scene,
-                inputs.grid,
-                (&lights.records, inputs.records),
-                visible,
-            );
+        let of_lights = (&lights.records[..], inputs.records);
+        // Drafts show no others.
+        let some = (shading.quality == Quality::Draft).then(|| &shading.order[..shading.n_first]);
+        if !arriving.find(scene, inputs.grid, of_lights, (visible, some)) {
             self.n_shares = 0;
             return false;
         }

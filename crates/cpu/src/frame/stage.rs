@@ -86,7 +86,8 @@ impl Stage {
             Stage::Transmittance | Stage::ProxyLight => &[Points, Lights, Proxies],
             Stage::Bounce => &[Points, Proxies],
             Stage::List => &[Points, Proxies, View],
-            Stage::ShadowMaps | Stage::ThroughMaps => &[Points, Lights, Proxies, View],
+            Stage::ShadowMaps => &[Points, Lights, Proxies, View],
+            Stage::ThroughMaps => &[Points, Proxies, View],
             Stage::MultipleTables => &[Hair, Terms],
             Stage::Shade => &[
                 Hair, Terms, Densities, Paint, PaintKinds, Points, Lights, Colors, Proxies, View,

@@ -4,22 +4,26 @@ use std::ops::Range;
 
 use glam::Vec3;
 use strandlight_scattering::wide::prelude::*;
-use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8, i32x8};
+use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8, i32x8, mask32x8};
 use strandlight_scene::beside::{self, Beside, HeightMaps, Towards};
-use strandlight_scene::shadow_maps::{N_PLACES, ShadowView};
+use strandlight_scene::shadow_maps::{N_PLACES, SHADOW_SIDE, ShadowView};
 
-use super::super::shadow_map::{CLEAR_RADII, HEIGHT_UNITS, NAME_BITS, OWN_POINTS, name_of};
-use super::strips::{Seen, Strip, Strips};
+use super::super::shadow_map::{CLEAR_RADII, HEIGHT_UNITS, NAME_BITS, OWN_POINTS};
+use super::strips::{Run, Seen, StripOrder, Strips};
 
-/// Side of the blocks of a map that are known to be looked up or not, texels.
-const BLOCK: i32 = 8;
+/// Blocks along a side of a map, each known to be looked up or not.
+const BLOCKS: usize = 32;
+
+/// How much lower and higher than its points a box may reach, of the height of the map: more than is lost in rounding.
+const SLACK: f32 = 1e-5;
 
 /// A map at work.
 #[derive(Default)]
 pub(super) struct Work {
     /// [`StripOrder::points`](super::strips::StripOrder::points) on the map: x and y in texels from the corner, z the height in cm.
     at: [Vec<f32>; 3],
-    wanted: Wanted,
+    /// Runs that are drawn, in this order.
+    drawn: Vec<u32>,
     map: Map,
     /// By visible point: which of the places along the strand about it are lit.
     pub lit: Vec<u8>,
@@ -36,14 +40,23 @@ impl Work {
 
     pub fn prepare(&mut self, view: &ShadowView, strips: &Strips) {
         self.n_texels = 0;
-        dispatch!(Level::new(), simd => self.wanted.find(simd, view, strips, &self.at));
+        dispatch!(Level::new(), simd => plan(simd, view, strips, &mut self.drawn));
         self.map.clear(view.side);
     }
 
+    /// How many runs are drawn.
+    pub fn n_drawn(&self) -> usize {
+        self.drawn.len()
+    }
+
+    /// Draws some of them.
     pub fn cast(&mut self, view: &ShadowView, strips: &Strips, range: Range<usize>) {
-        let strips = (&strips.order.strips[range], &strips.order.points[3][..]);
+        let end = range.end.min(self.drawn.len());
+        let runs = &self.drawn[range.start.min(end)..end];
+        let order = &strips.order;
+        let (at, map) = (&self.at, &mut self.map);
         dispatch!(Level::new(), simd => {
-            self.n_texels += cast(simd, view, strips, self);
+            self.n_texels += cast(simd, view, order, runs, at, map);
         });
     }
 
@@ -107,15 +120,14 @@ fn project<S: Simd>(simd: S, view: &ShadowView, strips: &Strips, at: &mut [Vec<f
 /// A shadow map: by texel, the height of the highest strand above its name.
 #[derive(Default)]
 struct Map {
-    /// Blocks of four by four texels along a side.
-    blocks: i32,
+    /// Pages of 32 by 32 texels along a side.
+    pages: i32,
     texels: Vec<u32>,
 }
 
 impl Map {
     fn clear(&mut self, side: u32) {
-        let blocks = side.div_ceil(4);
-        self.blocks = blocks as i32;
+        self.pages = side.div_ceil(32) as i32;
         let n = self.n_texels() as usize + LANES;
         if self.texels.len() == n {
             self.texels.fill(0);
@@ -127,13 +139,20 @@ impl Map {
 
     /// After them come eight that are not on the map.
     fn n_texels(&self) -> i32 {
-        16 * self.blocks * self.blocks
+        1024 * self.pages * self.pages
     }
 
-    /// Of eight texels of the map. A block is a line of the cache.
+    /// Of eight texels that are not on the map.
+    #[inline(always)]
+    fn beside<S: Simd>(&self, simd: S) -> i32x8<S> {
+        i32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]) + self.n_texels()
+    }
+
+    /// Of eight texels of the map. Four by four are a line of the cache, and 32 by 32 a page of memory.
     #[inline(always)]
     fn indices<S: Simd>(&self, x: i32x8<S>, y: i32x8<S>) -> i32x8<S> {
-        (((x >> 2) + (y >> 2) * self.blocks) << 4) | ((y & 3) << 2) | (x & 3)
+        let page = ((x >> 5) + (y >> 5) * self.pages) << 10;
+        page | (y & 28) << 5 | (x & 28) << 2 | (y & 3) << 2 | (x & 3)
     }
 
     /// Raises eight texels that are below `values`. Without a branch for those that are not to be: a
@@ -148,274 +167,274 @@ impl Map {
     }
 }
 
-/// Which heights of a map are looked up.
-#[derive(Default)]
-struct Wanted {
-    /// Blocks along a side.
-    side: i32,
-    /// Lowest height that is looked up, by block; infinite where none is. What lies below changes
-    /// nothing.
-    lowest: Vec<f32>,
+/// What boxes around eight runs cover of a map.
+struct Boxes {
+    /// Blocks: left, top, right, bottom.
+    blocks: [[i32; LANES]; 4],
+    /// Lowest and highest, cm.
+    low: [f32; LANES],
+    high: [f32; LANES],
 }
 
-impl Wanted {
+impl Boxes {
+    /// Of the eight runs from `first` on.
     #[inline(always)]
-    fn find<S: Simd>(&mut self, simd: S, view: &ShadowView, strips: &Strips, at: &[Vec<f32>; 3]) {
-        self.side = (view.side as i32 + BLOCK - 1) / BLOCK;
-        self.lowest.clear();
-        self.lowest
-            .resize((self.side * self.side) as usize, f32::INFINITY);
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                for seen in &strips.seen {
-                    let about = Neighbours::new(seen, at);
-                    // The outermost places are nearer than half way to the next points.
-                    let a = about.middle + 0.5 * (about.from_before - about.middle);
-                    let b = about.middle + 0.5 * (about.to_after - about.middle);
-                    let low = a.min(b).min(about.middle);
-                    let high = a.max(b).max(about.middle);
-                    for y in self.block(low.y)..=self.block(high.y) {
-                        for x in self.block(low.x)..=self.block(high.x) {
-                            let lowest = &mut self.lowest[(x + self.side * y) as usize];
-                            *lowest = lowest.min(low.z);
+    fn new<S: Simd>(simd: S, view: &ShadowView, order: &StripOrder, first: usize) -> Boxes {
+        let of = |ix: usize| f32x8::from_slice(simd, &order.boxes[ix][first..first + LANES]);
+        let (x, y, z) = (
+            of(0) - view.centre[0],
+            of(1) - view.centre[1],
+            of(2) - view.centre[2],
+        );
+        let boxes = ([x, y, z], [of(3), of(4), of(5)]);
+        // Ribbons are wider along rows and columns than across, by sqrt(2) at most.
+        let reach = of(6) * (1.5 * view.texels_per_cm) + 1.0;
+        let (left, right) = blocks_along(view, boxes, view.right, reach);
+        let (top, bottom) = blocks_along(view, boxes, view.up, reach);
+        let (middle, half) = along(boxes, view.towards);
+        let half = half + SLACK * view.reach;
+        Boxes {
+            blocks: [left, top, right, bottom],
+            low: (middle - half).into(),
+            high: (middle + half).into(),
+        }
+    }
+
+    /// The blocks that a run may touch.
+    fn touched(&self, lane: usize) -> impl Iterator<Item = usize> {
+        let [left, top, right, bottom] = self.blocks.map(|blocks| blocks[lane] as usize);
+        (top..=bottom).flat_map(move |y| (left..=right).map(move |x| x + BLOCKS * y))
+    }
+
+    /// Where they are drawn in an order in which runs that touch the same texels follow each other: their middles' blocks, along
+    /// rows that change direction.
+    fn place(&self, lane: usize) -> u32 {
+        let [left, top, right, bottom] = self.blocks.map(|blocks| blocks[lane] as u32);
+        let (x, y) = ((left + right) / 2, (top + bottom) / 2);
+        let along = if y % 2 == 0 { x } else { BLOCKS as u32 - 1 - x };
+        along + BLOCKS as u32 * y
+    }
+}
+
+/// Middles and half extents along an axis of eight boxes, given by the same.
+#[inline(always)]
+fn along<S: Simd>(
+    ([x, y, z], [width, height, depth]): ([f32x8<S>; 3], [f32x8<S>; 3]),
+    [a, b, c]: [f32; 3],
+) -> (f32x8<S>, f32x8<S>) {
+    let middle = x * a + y * b + z * c;
+    (middle, width * a.abs() + height * b.abs() + depth * c.abs())
+}
+
+/// First and last block of eight boxes that reach so many texels farther.
+#[inline(always)]
+fn blocks_along<S: Simd>(
+    view: &ShadowView,
+    boxes: ([f32x8<S>; 3], [f32x8<S>; 3]),
+    axis: [f32; 3],
+    reach: f32x8<S>,
+) -> ([i32; LANES], [i32; LANES]) {
+    let (middle, half) = along(boxes, axis);
+    let middle = middle * view.texels_per_cm + 0.5 * view.side as f32;
+    let half = half * view.texels_per_cm + reach;
+    (
+        blocks_at(view, middle - half),
+        blocks_at(view, middle + half),
+    )
+}
+
+/// Blocks of eight rows or columns, within the map.
+#[inline(always)]
+fn blocks_at<S: Simd>(view: &ShadowView, texel: f32x8<S>) -> [i32; LANES] {
+    let block = texel * (BLOCKS as f32 / view.side as f32);
+    let block = block.max(0.0).min((BLOCKS - 1) as f32);
+    block.to_int::<i32x8<S>>().into()
+}
+
+/// Plans which runs are drawn: those above something that is looked up.
+#[inline(always)]
+fn plan<S: Simd>(simd: S, view: &ShadowView, strips: &Strips, drawn: &mut Vec<u32>) {
+    // Lowest height that is looked up, by block; infinite where none is. What lies below changes nothing.
+    let mut lowest = [f32::INFINITY; BLOCKS * BLOCKS];
+    let order = &*strips.order;
+    let n_runs = order.runs.len();
+    // Fine maps do not fit into a cache.
+    let is_sorted = view.side > SHADOW_SIDE;
+    let mut places = Vec::new();
+    drawn.clear();
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            for first in (0..n_runs).step_by(LANES) {
+                let has_seen = &strips.has_seen[first..(first + LANES).min(n_runs)];
+                if has_seen.contains(&true) {
+                    let boxes = Boxes::new(simd, view, order, first);
+                    for (lane, _) in has_seen.iter().enumerate().filter(|(_, is)| **is) {
+                        for block in boxes.touched(lane) {
+                            lowest[block] = lowest[block].min(boxes.low[lane]);
                         }
                     }
                 }
-            },
-        );
-    }
-
-    /// The block of a row or column, within the map.
-    #[inline(always)]
-    fn block(&self, texel: f32) -> i32 {
-        ((texel * (1.0 / BLOCK as f32)) as i32)
-            .max(0)
-            .min(self.side - 1)
-    }
-
-    /// Does something up to `height` in these blocks change what is looked up?
-    #[inline(always)]
-    fn is_above(&self, [left, top, right, bottom]: [i32; 4], height: f32) -> bool {
-        for y in top..=bottom {
-            for x in left..=right {
-                if height > self.lowest[(x + self.side * y) as usize] {
-                    return true;
+            }
+            for first in (0..n_runs).step_by(LANES) {
+                let boxes = Boxes::new(simd, view, order, first);
+                for lane in 0..LANES.min(n_runs - first) {
+                    let is_above = |block: usize| boxes.high[lane] > lowest[block];
+                    if boxes.touched(lane).any(is_above) {
+                        let run = (first + lane) as u32;
+                        match is_sorted {
+                            true => places.push((boxes.place(lane), run)),
+                            false => drawn.push(run),
+                        }
+                    }
                 }
             }
-        }
-        false
-    }
+        },
+    );
+    places.sort_unstable();
+    drawn.extend(places.iter().map(|(_, run)| run));
 }
 
-/// Segments on the map, from their first to their last column; columns are rows where they are steep.
-struct Segments {
-    /// Where each begins, along and across the columns, texels.
-    along: [f32; LANES],
-    across: [f32; LANES],
-    /// How much it rises with each column across and in height.
-    rise: [f32; LANES],
-    climb: [f32; LANES],
-    /// Height where it begins, and the highest, cm.
-    height: [f32; LANES],
-    highest: [f32; LANES],
-    half_width: [f32; LANES],
-    first: [i32; LANES],
-    last: [i32; LANES],
-    /// A bit each.
-    is_steep: u32,
-    /// Blocks that it may touch: left, top, right, bottom.
-    blocks: [[i32; LANES]; 4],
-}
-
-/// Draws the segments that are above something that is looked up; what each texel holds does not
-/// depend on their order.
+/// Draws runs; what each texel holds does not depend on their order. Answers how many texels they cover.
 #[inline(always)]
 fn cast<S: Simd>(
     simd: S,
     view: &ShadowView,
-    (strips, radii): (&[Strip], &[f32]),
-    work: &mut Work,
+    order: &StripOrder,
+    runs: &[u32],
+    at: &[Vec<f32>; 3],
+    map: &mut Map,
 ) -> u64 {
     simd.vectorize(
         #[inline(always)]
         || {
-            let Work {
-                at, wanted, map, ..
-            } = work;
             let mut n_texels = 0;
-            let mut batch = Batch::default();
-            for strip in strips {
-                for segment in (0..strip.n_segments).step_by(LANES) {
-                    let from = (strip.at + segment) as usize;
-                    let segments = segments(simd, view, wanted.side, from, at, radii);
-                    let n = (strip.n_segments - segment).min(LANES as u32) as usize;
-                    for lane in 0..n {
-                        let [left, top, right, bottom] = &segments.blocks;
-                        let blocks = [left[lane], top[lane], right[lane], bottom[lane]];
-                        if wanted.is_above(blocks, segments.highest[lane]) {
-                            let name = name_of(strip.first + segment + lane as u32);
-                            batch.push(&segments, lane, name);
-                            if batch.n == LANES {
-                                n_texels += batch.draw(simd, view, map);
-                            }
-                        }
-                    }
-                }
+            for &run in runs {
+                let run = &order.runs[run as usize];
+                let segments = Segments::new(simd, view, (run, at, &order.points[3]));
+                n_texels += segments.draw(simd, view, map);
             }
-            n_texels + batch.draw(simd, view, map)
+            n_texels
         },
     )
 }
 
-/// Segments that are drawn at once, a lane each: those of hair are about as long.
-#[derive(Default)]
-struct Batch {
-    n: usize,
-    /// As in [`Segments`].
-    along: [f32; LANES],
-    across: [f32; LANES],
-    rise: [f32; LANES],
-    climb: [f32; LANES],
-    height: [f32; LANES],
-    half_width: [f32; LANES],
-    first: [i32; LANES],
-    last: [i32; LANES],
-    /// -1 or 0.
-    is_steep: [i32; LANES],
-    name: [i32; LANES],
+/// Segments on the map, from their first to their last column; columns are rows where they are steep.
+struct Segments<S: Simd> {
+    /// Where each begins, along and across the columns, texels.
+    along: f32x8<S>,
+    across: f32x8<S>,
+    /// How much it rises with each column across and in height.
+    rise: f32x8<S>,
+    climb: f32x8<S>,
+    /// Height where it begins, cm.
+    height: f32x8<S>,
+    half_width: f32x8<S>,
+    first: i32x8<S>,
+    last: i32x8<S>,
+    is_steep: mask32x8<S>,
+    name: i32x8<S>,
 }
 
-impl Batch {
+impl<S: Simd> Segments<S> {
+    /// Those of a run, of points `at` with a `radius`; lanes beyond it have no columns.
     #[inline(always)]
-    fn push(&mut self, segments: &Segments, lane: usize, name: u32) {
-        let to = self.n;
-        self.along[to] = segments.along[lane];
-        self.across[to] = segments.across[lane];
-        self.rise[to] = segments.rise[lane];
-        self.climb[to] = segments.climb[lane];
-        self.height[to] = segments.height[lane];
-        self.half_width[to] = segments.half_width[lane];
-        self.first[to] = segments.first[lane];
-        self.last[to] = segments.last[lane];
-        self.is_steep[to] = -((segments.is_steep >> lane & 1) as i32);
-        self.name[to] = name as i32;
-        self.n += 1;
+    fn new(
+        simd: S,
+        view: &ShadowView,
+        (run, at, radius): (&Run, &[Vec<f32>; 3], &[f32]),
+    ) -> Segments<S> {
+        let from = run.at as usize;
+        let of = |numbers: &[f32]| {
+            let pair = &numbers[from..from + LANES + 1];
+            let (a, b) = (&pair[..LANES], &pair[1..]);
+            (f32x8::from_slice(simd, a), f32x8::from_slice(simd, b))
+        };
+        let ((ax, bx), (ay, by)) = (of(&at[0]), of(&at[1]));
+        let ((az, bz), (ar, br)) = (of(&at[2]), of(radius));
+        let is_steep = (by - ay).abs().simd_gt((bx - ax).abs());
+        let (along_a, along_b) = (is_steep.select(ay, ax), is_steep.select(by, bx));
+        let (across_a, across_b) = (is_steep.select(ax, ay), is_steep.select(bx, by));
+        let is_back = along_a.simd_gt(along_b);
+        let (along, end) = (along_a.min(along_b), along_a.max(along_b));
+        let across = is_back.select(across_b, across_a);
+        let height = is_back.select(bz, az);
+        let run_length = end - along;
+        let lanes = i32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]);
+        let is_there = run_length.simd_ge(1e-6) & lanes.simd_lt(run.n_segments as i32);
+        let inverse = f32x8::splat(simd, 1.0) / run_length.max(1e-6);
+        let rise = (is_back.select(across_a, across_b) - across) * inverse;
+        let climb = (is_back.select(az, bz) - height) * inverse;
+        let radius = (ar + br) * (0.5 * view.texels_per_cm);
+        let side = view.side as i32;
+        let first = rows_from(along, side);
+        let last = is_there.select(rows_from(end, side), first);
+        Segments {
+            along,
+            across,
+            rise,
+            climb,
+            height,
+            half_width: radius * (rise * rise + 1.0).sqrt(),
+            first,
+            last,
+            is_steep,
+            name: (lanes + run.first as i32) & ((1 << NAME_BITS) - 1),
+        }
     }
 
-    /// Draws them, a column of each at a time, and empties the batch; answers how many texels they cover.
+    /// Draws them, a column of each at a time; answers how many texels they cover.
+    ///
+    /// Thin strands cover a row of a column or none. Which is so changes from column to column, so that the processor would guess
+    /// wrong every other time: as many rows are drawn of each column as any can cover, most of them beside the map.
     #[inline(always)]
-    fn draw<S: Simd>(&mut self, simd: S, view: &ShadowView, map: &mut Map) -> u64 {
-        for lane in self.n..LANES {
-            self.last[lane] = self.first[lane];
-        }
-        self.n = 0;
-        let columns = self.first.iter().zip(&self.last);
-        let n_columns = columns.map(|(first, last)| last - first).max().unwrap_or(0);
-        let floats = |numbers: [f32; LANES]| f32x8::simd_from(simd, numbers);
-        let (start, across) = (floats(self.along), floats(self.across));
-        let (rise, climb) = (floats(self.rise), floats(self.climb));
-        let (height, half_width) = (floats(self.height), floats(self.half_width));
-        let last = i32x8::simd_from(simd, self.last);
-        let is_steep = i32x8::simd_from(simd, self.is_steep).simd_lt(0);
-        let name = i32x8::simd_from(simd, self.name);
-        let unused = i32x8::simd_from(simd, [0, 1, 2, 3, 4, 5, 6, 7]) + map.n_texels();
+    fn draw(&self, simd: S, view: &ShadowView, map: &mut Map) -> u64 {
+        let columns = <[i32; LANES]>::from(self.last - self.first);
+        let n_columns = columns.into_iter().fold(0, i32::max);
         let side = view.side as i32;
+        // More than what is lost in rounding.
+        let widths = <[f32; LANES]>::from(self.half_width * 2.0 + 0.01);
+        let widest = widths.into_iter().fold(0.0, f32::max);
+        let n_rows = (widest as i32).min(side - 1) + 1;
         let mut n_texels = 0;
-        let first = i32x8::simd_from(simd, self.first);
         for step in 0..n_columns {
-            let column = first + step;
+            let column = self.first + step;
             // As `shadow_map::cast_shadows`.
-            let along = column.to_float::<f32x8<S>>() + 0.5 - start;
-            let y = along * rise + across;
-            let mut row = rows_from(y - half_width, side);
-            let top = rows_from(y + half_width, side);
-            let is_column = column.simd_lt(last);
-            let mut covered = row.simd_lt(top) & is_column;
-            if covered.any_true() {
-                let height = (along * climb + height) * 0.5 / view.reach;
-                let height = (height + 0.5).max(0.0).min(1.0) * HEIGHT_UNITS;
-                let values = height.to_int::<i32x8<S>>() << NAME_BITS | name;
-                // Thin strands cover a row of a column or none.
-                while covered.any_true() {
-                    let (x, y) = (is_steep.select(row, column), is_steep.select(column, row));
-                    map.raise(covered.select(map.indices(x, y), unused), values);
-                    n_texels += u64::from(covered.to_bitmask().count_ones());
-                    row += 1;
-                    covered = row.simd_lt(top) & is_column;
-                }
+            let along = column.to_float::<f32x8<S>>() + 0.5 - self.along;
+            let y = along * self.rise + self.across;
+            let mut row = rows_from(y - self.half_width, side);
+            let top = rows_from(y + self.half_width, side);
+            let top = column.simd_lt(self.last).select(top, row);
+            let height = (along * self.climb + self.height) * 0.5 / view.reach;
+            let height = (height + 0.5).max(0.0).min(1.0) * HEIGHT_UNITS;
+            let values = height.to_int::<i32x8<S>>() << NAME_BITS | self.name;
+            n_texels += self.raise(simd, (column, row, top), values, map);
+            for _ in 1..n_rows {
+                row += 1;
+                n_texels += self.raise(simd, (column, row, top), values, map);
             }
         }
         n_texels
     }
-}
 
-/// The segments from eight points in a row to the next each.
-#[inline(always)]
-fn segments<S: Simd>(
-    simd: S,
-    view: &ShadowView,
-    blocks: i32,
-    from: usize,
-    at: &[Vec<f32>; 3],
-    radius: &[f32],
-) -> Segments {
-    let of = |numbers: &[f32]| {
-        let pair = &numbers[from..from + LANES + 1];
-        let a: &[f32; LANES] = pair[..LANES].as_array().expect("as long as it says");
-        let b: &[f32; LANES] = pair[1..].as_array().expect("as long as it says");
-        (*a, *b)
-    };
-    let ((ax, bx), (ay, by), (az, bz), (ar, br)) = (of(&at[0]), of(&at[1]), of(&at[2]), of(radius));
-    let (ax, bx) = (f32x8::simd_from(simd, ax), f32x8::simd_from(simd, bx));
-    let (ay, by) = (f32x8::simd_from(simd, ay), f32x8::simd_from(simd, by));
-    let (az, bz) = (f32x8::simd_from(simd, az), f32x8::simd_from(simd, bz));
-    let (ar, br) = (f32x8::simd_from(simd, ar), f32x8::simd_from(simd, br));
-    let is_steep = (by - ay).abs().simd_gt((bx - ax).abs());
-    let (along_a, along_b) = (is_steep.select(ay, ax), is_steep.select(by, bx));
-    let (across_a, across_b) = (is_steep.select(ax, ay), is_steep.select(bx, by));
-    let is_back = along_a.simd_gt(along_b);
-    let (along, end) = (along_a.min(along_b), along_a.max(along_b));
-    let across = is_back.select(across_b, across_a);
-    let height = is_back.select(bz, az);
-    let run = end - along;
-    let is_there = run.simd_ge(1e-6);
-    let inverse = f32x8::splat(simd, 1.0) / run.max(1e-6);
-    let rise = (is_back.select(across_a, across_b) - across) * inverse;
-    let climb = (is_back.select(az, bz) - height) * inverse;
-    let radius = (ar + br) * (0.5 * view.texels_per_cm);
-    let side = view.side as i32;
-    let first = rows_from(along, side);
-    let last = rows_from(end, side);
-    let last = is_there.select(last, first);
-    // Ribbons are wider along rows and columns than across, by sqrt(2) at most.
-    let reach = radius * 1.5 + 1.0;
-    Segments {
-        along: along.into(),
-        across: across.into(),
-        rise: rise.into(),
-        climb: climb.into(),
-        height: height.into(),
-        // A place is dark only if something is above it by part of a radius.
-        highest: az.max(bz).into(),
-        half_width: (radius * (rise * rise + 1.0).sqrt()).into(),
-        first: first.into(),
-        last: last.into(),
-        is_steep: is_steep.to_bitmask() as u32,
-        blocks: [
-            blocks_of(ax.min(bx) - reach, blocks),
-            blocks_of(ay.min(by) - reach, blocks),
-            blocks_of(ax.max(bx) + reach, blocks),
-            blocks_of(ay.max(by) + reach, blocks),
-        ],
+    /// Raises the texels of a column and row of each that are before its `top`; answers how many there are.
+    #[inline(always)]
+    fn raise(
+        &self,
+        simd: S,
+        (column, row, top): (i32x8<S>, i32x8<S>, i32x8<S>),
+        values: i32x8<S>,
+        map: &mut Map,
+    ) -> u64 {
+        let is_covered = row.simd_lt(top);
+        let (x, y) = (
+            self.is_steep.select(row, column),
+            self.is_steep.select(column, row),
+        );
+        let indices = is_covered.select(map.indices(x, y), map.beside(simd));
+        map.raise(indices, values);
+        u64::from(is_covered.to_bitmask().count_ones())
     }
-}
-
-/// The blocks of eight rows or columns; there are so many along a side.
-#[inline(always)]
-fn blocks_of<S: Simd>(texel: f32x8<S>, blocks: i32) -> [i32; LANES] {
-    let block = (texel * (1.0 / BLOCK as f32)).max(0.0);
-    block.min((blocks - 1) as f32).to_int::<i32x8<S>>().into()
 }
 
 /// First rows whose centres are not before `y`, texels.

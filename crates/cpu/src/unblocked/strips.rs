@@ -8,8 +8,8 @@ use strandlight_scattering::wide::LANES;
 use strandlight_scene::shadow_maps::SHADOW_SIDE;
 use strandlight_scene::strands::Strands;
 
-/// Segments that are drawn into a map of [`SHADOW_SIDE`] at a time, some milliseconds; fewer into finer ones.
-const SEGMENTS_AT_ONCE: u32 = 1 << 16;
+/// Runs that are drawn into a map of [`SHADOW_SIDE`] at a time, some milliseconds; fewer into finer ones.
+const RUNS_AT_ONCE: u32 = 1 << 14;
 
 /// Points that are looked up on such a map at a time.
 const SEEN_AT_ONCE: u32 = 1 << 17;
@@ -19,19 +19,36 @@ const SEEN_AT_ONCE: u32 = 1 << 17;
 pub(in super::super) struct StripOrder {
     /// Coordinates and radius of the points, strand after strand, and a vector more.
     pub(super) points: [Vec<f32>; 4],
-    pub(super) strips: Vec<Strip>,
+    strips: Vec<Strip>,
+    /// The segments of the strips, eight at a time.
+    pub(super) runs: Vec<Run>,
+    /// Boxes around the points of the runs, cm: their middles, half their extents, and the radius of their widest point; and a
+    /// vector more.
+    pub(super) boxes: [Vec<f32>; 7],
 }
 
 /// Where strands are looked up.
 pub(super) struct Strips {
     pub order: Arc<StripOrder>,
     pub seen: Vec<Seen>,
+    /// By run: is one of its points looked up?
+    pub has_seen: Vec<bool>,
     /// Points that are asked for; those of no segment are lit.
     pub n_places: usize,
 }
 
 /// A strand.
-pub(super) struct Strip {
+struct Strip {
+    /// Its first point in [`StripOrder`], and in [`Strands::points`].
+    at: u32,
+    first: u32,
+    n_segments: u32,
+    /// The first of its runs.
+    first_run: u32,
+}
+
+/// At most eight segments of a strand, one after the other.
+pub(super) struct Run {
     /// Its first point in [`StripOrder`], and in [`Strands::points`].
     pub at: u32,
     pub first: u32,
@@ -51,20 +68,6 @@ pub(super) struct Seen {
 }
 
 impl Strips {
-    /// Strips from `first` on that are drawn at a time into a map of this side.
-    pub fn some(&self, first: usize, side: u32) -> Range<usize> {
-        let most = at_once(SEGMENTS_AT_ONCE, side);
-        let mut n_segments = 0;
-        let is_enough = |strip: &Strip| {
-            n_segments += strip.n_segments;
-            n_segments >= most
-        };
-        match self.order.strips[first..].iter().position(is_enough) {
-            Some(last) => first..first + last + 1,
-            None => first..self.order.strips.len(),
-        }
-    }
-
     /// Points from `first` on that are looked up at a time on a map of this side, in [`Strips::seen`].
     pub fn some_seen(&self, first: usize, side: u32) -> Range<usize> {
         first..(first + at_once(SEEN_AT_ONCE, side) as usize).min(self.seen.len())
@@ -80,28 +83,36 @@ impl Strips {
     /// Strips in `order`, looked up at the points `visible` of `strands`, in ascending order.
     pub fn new(order: &Arc<StripOrder>, strands: &Strands, visible: &[u32]) -> Strips {
         let mut seen = Vec::with_capacity(visible.len());
-        for &Strip {
-            at,
-            first,
-            n_segments,
-        } in &order.strips
-        {
+        let mut has_seen = vec![false; order.runs.len()];
+        for strip in &order.strips {
+            let Strip {
+                at,
+                first,
+                n_segments,
+                first_run,
+            } = *strip;
             let place = visible.partition_point(|&other| other < first);
             let of_strand = visible[place..].iter().zip(place as u32..);
             for (&point, place) in of_strand.take_while(|(point, _)| **point <= first + n_segments)
             {
+                let ix = point - first;
                 seen.push(Seen {
-                    at: at + point - first,
+                    at: at + ix,
                     place,
                     point,
                     before: strands.tangents[point as usize][3],
                     after: strands.normals[point as usize][3],
                 });
+                // It is looked up half way to its neighbours, which may lie in two runs.
+                for segment in [ix.saturating_sub(1), ix.min(n_segments - 1)] {
+                    has_seen[(first_run + segment / LANES as u32) as usize] = true;
+                }
             }
         }
         Strips {
             order: Arc::clone(order),
             seen,
+            has_seen,
             n_places: visible.len(),
         }
     }
@@ -128,12 +139,27 @@ impl StripOrder {
         let n_points = segments.len() + found.len();
         let mut points = [(); 4].map(|()| Vec::with_capacity(n_points + LANES));
         let mut strips = Vec::with_capacity(found.len());
+        let mut runs = Vec::with_capacity(segments.len() / LANES + found.len());
+        let mut boxes = [(); 7].map(|()| Vec::with_capacity(runs.capacity() + LANES));
         for (_, first, n_segments) in found {
             strips.push(Strip {
                 at: points[0].len() as u32,
                 first,
                 n_segments,
+                first_run: runs.len() as u32,
             });
+            for segment in (0..n_segments).step_by(LANES) {
+                let run = Run {
+                    at: points[0].len() as u32 + segment,
+                    first: first + segment,
+                    n_segments: (n_segments - segment).min(LANES as u32),
+                };
+                let box_of_run = box_around(&strands.points[run.points()]);
+                for (numbers, number) in boxes.iter_mut().zip(box_of_run) {
+                    numbers.push(number);
+                }
+                runs.push(run);
+            }
             for point in &strands.points[first as usize..=(first + n_segments) as usize] {
                 for (numbers, number) in points.iter_mut().zip(point) {
                     numbers.push(*number);
@@ -143,8 +169,41 @@ impl StripOrder {
         for numbers in &mut points {
             numbers.resize(n_points + LANES, 0.0);
         }
-        StripOrder { points, strips }
+        for numbers in &mut boxes {
+            numbers.resize(runs.len() + LANES, 0.0);
+        }
+        StripOrder {
+            points,
+            strips,
+            runs,
+            boxes,
+        }
     }
+}
+
+impl Run {
+    /// Its points in [`Strands::points`].
+    fn points(&self) -> Range<usize> {
+        let first = self.first as usize;
+        first..first + self.n_segments as usize + 1
+    }
+}
+
+/// As in [`StripOrder::boxes`].
+fn box_around(points: &[[f32; 4]]) -> [f32; 7] {
+    let (mut low, mut high, mut radius) = (Vec3::INFINITY, Vec3::NEG_INFINITY, 0.0_f32);
+    for point in points {
+        let at = Vec3::from_slice(point);
+        (low, high, radius) = (low.min(at), high.max(at), radius.max(point[3]));
+    }
+    let [x, y, z] = (0.5 * (low + high)).to_array();
+    let [width, height, depth] = (0.5 * (high - low)).to_array();
+    [x, y, z, width, height, depth, radius]
+}
+
+/// Runs from `first` on that are drawn at a time into a map of this side.
+pub(super) fn some_runs(first: usize, side: u32) -> Range<usize> {
+    first..first + at_once(RUNS_AT_ONCE, side) as usize
 }
 
 /// How much is done at a time on a map of this side, where it is `most` on one of [`SHADOW_SIDE`].

@@ -50,7 +50,7 @@ mod single_scattering;
 mod through;
 mod transmittance;
 
-pub use fearless_simd::{Level, Simd, f32x8, i32x8, prelude};
+pub use fearless_simd::{Level, Simd, f32x8, i32x8, mask32x8, prelude};
 
 pub use dispatch::dispatch;
 pub use frame::{Directions, Place};
