@@ -73,5 +73,5 @@ pub use renderer::CpuRenderer;
 pub use sampled::{PointShadows, ShadowSource, point_radiance, render};
 pub use shade::record_at_point;
 pub use shadow_map::shadow_maps;
-pub use transmittance::{Shadows, transmittance, transmittance_beside};
+pub use transmittance::{Shadows, transmittance};
 pub use voxelise::voxelise;

@@ -51,9 +51,8 @@ fn at_points(scene: &PreparedScene) -> Vec<f32> {
     }
     for batch in lights.chunks(LIGHT_BATCH) {
         let blocking = (&beside, &voxels);
-        let shadows = Shadows::Volume(transmittance_beside(
-            &grid, &volume, batch, &sweeps, blocking,
-        ));
+        let swept = transmittance_beside(&grid, &volume, batch, &sweeps, blocking);
+        let shadows = Shadows::Volume(swept.packed);
         let reaching = Reaching::new(scene, &grid, &shadows, &visibility);
         values.par_iter_mut().enumerate().for_each(|(point, sum)| {
             for (ix, light) in batch.iter().enumerate() {

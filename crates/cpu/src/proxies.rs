@@ -4,7 +4,7 @@ use glam::Vec3;
 use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::background::ray_direction;
-use strandlight_scene::beside::{Beside, Places};
+use strandlight_scene::beside::Beside;
 use strandlight_scene::bounce::PassedWeights;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::mesh::barycentric;
@@ -103,24 +103,27 @@ impl Proxies {
         self.triangles = Some(Triangles::new(view, &self.beside));
     }
 
-    /// Adds a batch of lights; `packed` are its records `[light][voxel]`, `voxels` the places of the
-    /// voxels.
+    /// Adds a batch of lights; of voxels are its records and [from how many directions](super::transmittance::Swept::n_open) light
+    /// comes, `[light][voxel]`.
     pub fn light(
         &mut self,
         (view, passed): (&ViewUniform, &PassedWeights),
         (grid, volume): (&Grid, &[[f32; 8]]),
         lights: &[LightRecord],
         sweeps: &[[f32; 4]],
-        packed: &[PackedRecord],
-        voxels: &Places,
+        (packed, n_open): (&[PackedRecord], &[u8]),
     ) {
+        if self.beside.is_empty() {
+            return;
+        }
         let surfaces = Surfaces::new(&self.beside, grid, volume);
+        let n = grid.n_voxels();
+        let of_lights = packed.chunks_exact(n).zip(n_open.chunks_exact(n));
         // Irradiance of all lights would be many bytes.
-        for (light, packed) in lights.iter().zip(packed.chunks_exact(grid.n_voxels())) {
+        for (light, of_voxels) in lights.iter().zip(of_lights) {
             if light.power > 0.0 {
                 let of_light = (light, sweeps);
-                let arriving =
-                    surfaces.irradiance((&self.beside, &[]), grid, of_light, packed, voxels);
+                let arriving = surfaces.irradiance((&self.beside, &[]), grid, of_light, of_voxels);
                 self.add(&surfaces, (view, passed), light.rgb, &arriving);
             }
         }

@@ -1,10 +1,9 @@
 //! Light that arrives at the proxies. Twin of `shaders/pass/proxy_light.wgsl`.
 
-use std::sync::atomic::{AtomicU8, Ordering};
-
 use glam::{UVec3, Vec3};
 use rayon::prelude::*;
-use strandlight_scattering::closed_form::{PackedRecord, irradiance, pass_through, unpack_record};
+use strandlight_scattering::closed_form::{Irradiance, PackedRecord, pass_through, unpack_record};
+use strandlight_scattering::wide::{LANES, Level, dispatch};
 use strandlight_scene::beside::{Beside, HeightMaps, Places, Surface, Towards};
 use strandlight_scene::bounce::BEYOND;
 use strandlight_scene::scene::LightRecord;
@@ -56,20 +55,21 @@ impl Surfaces {
         &self.list
     }
 
-    /// Irradiance of a light of amplitude 1 behind the hair at the three exponents of its records, by surface; `packed` are its records by voxel,
-    /// `voxels` the places of the voxels, and `maps` those of its directions where they are known.
+    /// Irradiance of a light of amplitude 1 behind the hair at the three exponents of its records, by surface. Of voxels are its
+    /// records and [from how many directions](super::transmittance::Swept::n_open) it comes; `maps` are those of its directions
+    /// where they are known.
     pub fn irradiance(
         &self,
         (beside, maps): (&Beside, &[HeightMaps]),
         grid: &Grid,
         (light, sweeps): (&LightRecord, &[[f32; 4]]),
-        packed: &[PackedRecord],
-        voxels: &Places,
+        (packed, n_open): (&[PackedRecord], &[u8]),
     ) -> Vec<[f32; 3]> {
         // Black ones send nothing back whatever they receive.
         let is_black = |surface: &Surface| surface.albedo == [0.0; 3];
+        let mut arriving = vec![[0.0; 3]; self.list.len()];
         if self.list.iter().all(is_black) {
-            return vec![[0.0; 3]; self.list.len()];
+            return arriving;
         }
         let first = light.first_sweep as usize;
         let directions = &sweeps[first..first + light.n_sweeps as usize];
@@ -85,29 +85,35 @@ impl Surfaces {
             .enumerate()
             .map(|(k, d)| towards_direction((k, d)))
             .collect();
-        let mut n_open: Vec<AtomicU8> = Vec::new();
-        n_open.resize_with(grid.n_voxels(), || AtomicU8::new(UNKNOWN));
         let from = From {
             grid,
             towards: &towards,
             packed,
-            voxels,
-            n_open: &n_open,
+            n_open,
         };
-        self.list
-            .par_iter()
-            .enumerate()
-            .with_min_len(64)
-            .map(|(ix, surface)| {
-                if is_black(surface) {
-                    return [0.0; 3];
+        let open = Irradiance::new(light.lambda);
+        let direction = Vec3::from(light.direction);
+        let level = Level::new();
+        let eights = arriving.par_chunks_mut(LANES).enumerate();
+        eights.with_min_len(16).for_each(|(eight, arriving)| {
+            let first = LANES * eight;
+            let surfaces = &self.list[first..first + arriving.len()];
+            let behind = |towards: &Towards| {
+                dispatch!(level, simd => {
+                    towards.are_behind_other(simd, surfaces, &self.places, first)
+                })
+            };
+            let behind: Vec<u32> = towards.iter().map(behind).collect();
+            for (lane, (arriving, surface)) in arriving.iter_mut().zip(surfaces).enumerate() {
+                if !is_black(surface) {
+                    let open = open.at(surface.normal.dot(direction));
+                    let is_behind = behind.iter().map(|bits| bits >> lane & 1 == 1);
+                    let shares = from.share_of_light(surface, is_behind, self.depths[first + lane]);
+                    *arriving = shares.map(|share| open * share);
                 }
-                let cos = surface.normal.dot(Vec3::from(light.direction));
-                let open = irradiance(cos, light.lambda);
-                let shares = from.share_of_light(surface, &self.places, ix, self.depths[ix]);
-                shares.map(|share| open * share)
-            })
-            .collect()
+            }
+        });
+        arriving
     }
 }
 
@@ -118,69 +124,49 @@ struct From<'a> {
     towards: &'a [Towards<'a>],
     /// By voxel.
     packed: &'a [PackedRecord],
-    voxels: &'a Places,
-    /// By voxel, from how many directions light comes by the proxies; [`UNKNOWN`] until it is asked.
-    n_open: &'a [AtomicU8],
+    n_open: &'a [u8],
 }
 
-/// More directions than a light has.
-const UNKNOWN: u8 = u8::MAX;
-
 impl From<'_> {
-    /// How much of a light's irradiance in the open there is on `surface`, number `ix` of `places`, at three exponents.
-    /// `depths` are those of the hair on the surface.
+    /// How much of a light's irradiance in the open there is on `surface` at three exponents, where it `is_behind` others by
+    /// direction. `depths` are those of the hair on the surface.
     fn share_of_light(
         &self,
         surface: &Surface,
-        places: &Places,
-        ix: usize,
+        is_behind: impl Iterator<Item = bool>,
         depths: [f32; 2],
     ) -> [f32; 3] {
         let mut inside = None;
         let (mut above, mut arriving) = (0.0, [0.0; 3]);
-        for towards in self.towards {
+        for (towards, is_behind) in self.towards.iter().zip(is_behind) {
             let d = towards.direction();
             let weight = surface.normal.dot(d).max(LEAST_COSINE);
             above += weight;
-            if towards.is_behind_other(surface, places, ix) {
+            if is_behind {
                 continue;
             }
             let share_at = |position: Vec3| self.share_at(grid_position(self.grid, position));
-            let shares = match self.grid.span_in_grid(surface.position, d, 0.5) {
-                None => [1.0; 3],
-                // The same place for all directions.
-                Some([0.0, _]) => *inside.get_or_insert_with(|| {
-                    let above = |(height, depth): (f32, f32)| {
-                        let height = height * self.grid.h;
-                        let [a, b, c] = share_at(surface.position + surface.normal * height)?;
-                        let [a, b, c, _] = pass_through([a, b, c, 0.0], depth, 0.0);
-                        Some([a, b, c])
-                    };
-                    let mut heights = HEIGHTS.into_iter().zip(depths);
-                    heights.find_map(above).unwrap_or_default()
-                }),
-                Some([entry, _]) => share_at(surface.position + d * entry).unwrap_or_default(),
-            };
+            // The same place for all directions.
+            let shares =
+                inside.unwrap_or_else(|| match self.grid.span_in_grid(surface.position, d, 0.5) {
+                    None => [1.0; 3],
+                    Some([0.0, _]) => {
+                        let above = |(height, depth): (f32, f32)| {
+                            let height = height * self.grid.h;
+                            let [a, b, c] = share_at(surface.position + surface.normal * height)?;
+                            let [a, b, c, _] = pass_through([a, b, c, 0.0], depth, 0.0);
+                            Some([a, b, c])
+                        };
+                        let mut heights = HEIGHTS.into_iter().zip(depths);
+                        *inside.insert(heights.find_map(above).unwrap_or_default())
+                    }
+                    Some([entry, _]) => share_at(surface.position + d * entry).unwrap_or_default(),
+                });
             for (arriving, share) in arriving.iter_mut().zip(shares) {
                 *arriving += weight * share;
             }
         }
         arriving.map(|arriving| arriving / above.max(LEAST_COSINE))
-    }
-
-    /// Directions of the light that no proxy blocks at a voxel.
-    fn n_open(&self, voxel: UVec3) -> f32 {
-        let ix = voxel_index(self.grid, voxel.to_array());
-        let known = self.n_open[ix].load(Ordering::Relaxed);
-        if known != UNKNOWN {
-            return f32::from(known);
-        }
-        let centre = self.grid.centre(voxel.to_array());
-        let is_open = |towards: &&Towards| !towards.is_blocked(self.voxels, ix, centre);
-        // Some at most: `MAX_DIRECTIONS`.
-        let n = self.towards.iter().filter(is_open).count() as u8;
-        self.n_open[ix].store(n, Ordering::Relaxed);
-        f32::from(n)
     }
 
     /// Shares that hair leaves of the light at three exponents, by its records around `g`. They hold the mean over all
@@ -193,11 +179,12 @@ impl From<'_> {
         for corner in 0..8_u32 {
             let offset = UVec3::new(corner & 1, (corner >> 1) & 1, corner >> 2);
             let voxel = base + offset;
-            let n_open = self.n_open(voxel);
+            let ix = voxel_index(self.grid, voxel.to_array());
+            let n_open = f32::from(self.n_open[ix]);
             if n_open > 0.0 {
                 let w = Vec3::select(offset.cmpeq(UVec3::ONE), f, 1.0 - f);
                 let weight = w.x * w.y * w.z;
-                let record = unpack_record(&self.packed[voxel_index(self.grid, voxel.to_array())]);
+                let record = unpack_record(&self.packed[ix]);
                 for (sum, share) in sums.iter_mut().zip(record.shares) {
                     *sum += weight * share * (self.towards.len() as f32 / n_open);
                 }

@@ -186,13 +186,13 @@ fn light(
     });
     let voxels = beside.places_of_voxels(grid);
     for batch in lights.chunks(LIGHT_BATCH) {
-        let (found, seconds) = timed(|| match shadows {
+        let ((found, n_open), seconds) = timed(|| match shadows {
             ShadowSource::Sweep => {
                 let blocking = (&beside, &voxels);
-                let packed = transmittance_beside(grid, volume, batch, &sweeps, blocking);
-                Shadows::Volume(packed)
+                let swept = transmittance_beside(grid, volume, batch, &sweeps, blocking);
+                (Shadows::Volume(swept.packed), swept.n_open)
             }
-            ShadowSource::Points(find) => Shadows::Points(find(scene, batch)),
+            ShadowSource::Points(find) => (Shadows::Points(find(scene, batch)), Vec::new()),
         });
         sweep_s += seconds;
         bytes = bytes.max(found.bytes());
@@ -201,7 +201,8 @@ fn light(
         shade_s += seconds;
         if let Shadows::Volume(packed) = &found {
             let of_view = (view, &passed_weights(scene));
-            proxies.light(of_view, (grid, volume), batch, &sweeps, packed, &voxels);
+            let of_voxels = (&packed[..], &n_open[..]);
+            proxies.light(of_view, (grid, volume), batch, &sweeps, of_voxels);
         }
         done += batch.len();
         observer(LIGHTING_SHARE * done as f64 / lights.len() as f64);

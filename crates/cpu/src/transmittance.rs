@@ -40,29 +40,51 @@ pub fn transmittance(
     sweeps: &[[f32; 4]],
 ) -> Vec<PackedRecord> {
     let beside = (&Beside::none(), &Places::default());
-    transmittance_beside(grid, volume, lights, sweeps, beside)
+    transmittance_beside(grid, volume, lights, sweeps, beside).packed
+}
+
+/// What sweeps towards a batch of lights find.
+pub(super) struct Swept {
+    /// As [`transmittance`] answers them.
+    pub packed: Vec<PackedRecord>,
+    /// `[light][voxel]`: from how many directions of a light the proxies let it come; nothing where there are none.
+    pub n_open: Vec<u8>,
 }
 
 /// [`transmittance`] with proxies that block light, and [`Beside::places_of_voxels`].
-pub fn transmittance_beside(
+pub(super) fn transmittance_beside(
     grid: &Grid,
     volume: &[[f32; 8]],
     lights: &[LightRecord],
     sweeps: &[[f32; 4]],
     beside: (&Beside, &Places),
-) -> Vec<PackedRecord> {
-    let mut records = vec![[0; 2]; grid.n_voxels() * lights.len()];
-    records
+) -> Swept {
+    let n_open = match beside.0.is_empty() {
+        true => 0,
+        false => grid.n_voxels(),
+    };
+    let mut swept = Swept {
+        packed: vec![[0; 2]; grid.n_voxels() * lights.len()],
+        n_open: vec![0; n_open * lights.len()],
+    };
+    // None of nothing is none.
+    let mut open: Vec<&mut [u8]> = match n_open {
+        0 => lights.iter().map(|_| &mut [][..]).collect(),
+        _ => swept.n_open.chunks_mut(n_open).collect(),
+    };
+    swept
+        .packed
         .par_chunks_mut(grid.n_voxels())
+        .zip(&mut open)
         .enumerate()
         .with_max_len(1)
         .filter(|(ix, _)| lights[*ix].power > 0.0)
-        .for_each(|(ix, out)| {
+        .for_each(|(ix, (out, open))| {
             let mut light = LightSweep::new(ix);
             while !light.sweep_next((grid, volume), (lights, sweeps), beside) {}
-            light.pack(out);
+            light.pack(out, open);
         });
-    records
+    swept
 }
 
 /// A light whose records are being found, one of its directions at a time.
@@ -101,6 +123,9 @@ impl LightSweep {
         sweeping
             .sums
             .resize(grid.n_voxels(), ShadowRecord::default());
+        if !beside.is_empty() {
+            sweeping.n_open.resize(grid.n_voxels(), 0);
+        }
         if let Some(&[x, y, z, _]) = directions.get(self.n_done) {
             let turn = [self.n_done, directions.len()].map(|n| n as f32);
             let d = [x, y, z];
@@ -116,9 +141,10 @@ impl LightSweep {
         self.n_done == directions.len()
     }
 
-    /// Writes the records, by voxel.
-    pub fn pack(&self, out: &mut [PackedRecord]) {
+    /// Writes the records, by voxel, and [from how many directions](Swept::n_open) light comes.
+    pub fn pack(&self, out: &mut [PackedRecord], n_open: &mut [u8]) {
         dispatch!(Level::new(), simd => pack(simd, &self.sweeping.sums, out));
+        n_open.copy_from_slice(&self.sweeping.n_open);
     }
 }
 
@@ -127,6 +153,8 @@ impl LightSweep {
 struct Sweeping {
     /// By voxel, the directions so far.
     sums: Vec<ShadowRecord>,
+    /// By voxel, how many of them proxies let through, where there are some.
+    n_open: Vec<u8>,
     /// What leaves the last slice, and what leaves this one.
     slices: [Slice; 2],
 }
@@ -191,6 +219,7 @@ fn sweep<S: Simd>(
     let (f_b, f_c) = (shift_b - whole_b, shift_c - whole_c);
     let Sweeping {
         sums,
+        n_open,
         slices: [leaving, next],
     } = sweeping;
     leaving.clear(n_b, n_c);
@@ -264,6 +293,9 @@ fn sweep<S: Simd>(
                                     shares: [x[lane], y[lane], z[lane]],
                                     sin_theta: sin_theta[lane],
                                 };
+                                if let Some(n_open) = n_open.get_mut(voxel(lane)) {
+                                    *n_open += 1;
+                                }
                             }
                         }
                     }
@@ -465,6 +497,10 @@ mod tests {
                 let places = beside.places_of_voxels(&grid);
                 let mut found = Sweeping::default();
                 found.sums.resize(grid.n_voxels(), ShadowRecord::default());
+                if !beside.is_empty() {
+                    found.n_open.resize(grid.n_voxels(), 0);
+                }
+                let mut n_open = found.n_open.clone();
                 let mut exact = found.sums.clone();
                 // Along each axis both ways, straight and as far off it as it gets.
                 let directions = [
@@ -481,9 +517,17 @@ mod tests {
                     let scene = (&grid, &volume[..]);
                     sweep_by_voxels(scene, (&beside, &places), d, turn, &mut exact);
                     let towards = beside.towards(Vec3::from(d));
+                    for (ix, n_open) in n_open.iter_mut().enumerate() {
+                        let voxel = ix as u32;
+                        let [x, y, _] = dims;
+                        let voxel = [voxel % x, voxel / x % y, voxel / (x * y)];
+                        let is_blocked = towards.is_blocked(&places, ix, grid.centre(voxel));
+                        *n_open += u8::from(!is_blocked);
+                    }
                     let blocking = (!beside.is_empty()).then_some((&towards, &places));
                     dispatch!(Level::new(), simd => sweep(simd, scene, blocking, d, turn, &mut found));
                 }
+                assert_eq!(found.n_open, n_open);
                 let mut darkest = 1.0_f32;
                 for (found, exact) in found.sums.iter().zip(&exact) {
                     let pairs = found.shares.into_iter().zip(exact.shares);

@@ -253,23 +253,55 @@ impl Towards<'_> {
             let [a, b, c, d, e, f, g, h] = ix;
             let [a, b, c, d] = [&placed[a], &placed[b], &placed[c], &placed[d]];
             let [e, f, g, h] = [&placed[e], &placed[f], &placed[g], &placed[h]];
-            blocked |= map.hidden(simd, [a, b, c, d, e, f, g, h]);
+            blocked |= map.hidden(simd, [a, b, c, d, e, f, g, h], 0);
         }
         blocked
+    }
+
+    /// [`Towards::is_behind_other`] of at most eight `surfaces` from number `first` of `places` on, a bit each.
+    #[inline(always)]
+    pub fn are_behind_other<S: Simd>(
+        &self,
+        simd: S,
+        surfaces: &[Surface],
+        places: &Places,
+        first: usize,
+    ) -> u32 {
+        let mut behind = 0;
+        if !self.records.is_empty() {
+            for (lane, surface) in surfaces.iter().enumerate() {
+                behind |= u32::from(self.is_behind_record(surface)) << lane;
+            }
+        }
+        for (mesh, (map, placed)) in self.maps.iter().zip(&places.placed).enumerate() {
+            let mut eight = [&placed[first]; LANES];
+            let mut are_own = 0;
+            for (lane, surface) in surfaces.iter().enumerate() {
+                eight[lane] = &placed[first + lane];
+                are_own |= u32::from(surface.is_of_mesh(mesh)) << lane;
+            }
+            behind |= map.hidden(simd, eight, are_own);
+        }
+        behind
     }
 
     /// Whether another proxy stands before `surface`, which is number `ix` of `places`, or another
     /// part of its own mesh.
     #[inline]
     pub fn is_behind_other(&self, surface: &Surface, places: &Places, ix: usize) -> bool {
-        let (own, own_mesh) = match surface.own {
-            Own::Proxy(own) => (Some(own), None),
-            Own::Mesh(own) => (None, Some(own)),
+        let own_mesh = match surface.own {
+            Own::Proxy(_) => None,
+            Own::Mesh(own) => Some(own),
         };
+        self.is_behind_record(surface) || self.is_hidden(places, ix, own_mesh)
+    }
+
+    /// Whether another proxy that is no mesh does.
+    fn is_behind_record(&self, surface: &Surface) -> bool {
         let mut others = self.records.iter().enumerate();
         others.any(|(ix, proxy)| {
-            Some(ix) != own && is_blocked_by(proxy, surface.position, self.direction)
-        }) || self.is_hidden(places, ix, own_mesh)
+            !surface.is_of_record(ix) && is_blocked_by(proxy, surface.position, self.direction)
+        })
     }
 
     /// Whether a mesh does; of the mesh `own`, on whose surface the place is, only what stands above
@@ -364,6 +396,53 @@ mod tests {
             let wrong = n_wrong as f32 / (31.0 * 400.0);
             println!("at {r}: {n_hidden} hidden, {wrong} wrong");
             assert!(wrong < most && n_hidden > 500, "{r}: {wrong}");
+        }
+    }
+
+    /// On surfaces of a mesh and of an ellipsoid before it, eight at a time and fewer at the end.
+    #[test]
+    fn eight_surfaces_are_behind_others_as_one_is() {
+        let mesh = Proxy::Mesh(MeshProxy {
+            shape: Arc::new(MeshShape::new(ellipsoid(Vec3::new(7.0, 9.0, 8.0), 10))),
+            offset: Vec3::ZERO,
+            albedo: [0.5; 3],
+        });
+        let ball = Proxy::Ellipsoid {
+            centre: Vec3::new(10.0, 0.0, 0.0),
+            radii: Vec3::splat(4.0),
+            turn: Quat::IDENTITY,
+            albedo: [0.5; 3],
+        };
+        let beside = Beside::new(&[ball, mesh], &Strands::default());
+        let surfaces = beside.surfaces();
+        let places = beside.places(surfaces.len(), |ix| surfaces[ix].position);
+        let (mut n_behind, mut n_own) = ([0; 2], [0; 2]);
+        for direction in (0..400).step_by(17).map(unit) {
+            let towards = beside.towards(direction);
+            for (eight, of_eight) in surfaces.chunks(LANES).enumerate() {
+                let first = LANES * eight;
+                let found = dispatch!(Level::new(), simd => {
+                    towards.are_behind_other(simd, of_eight, &places, first)
+                });
+                for (lane, surface) in of_eight.iter().enumerate() {
+                    let is_behind = towards.is_behind_other(surface, &places, first + lane);
+                    assert_eq!(
+                        found >> lane & 1 == 1,
+                        is_behind,
+                        "{direction} {first} {lane}"
+                    );
+                    let own = usize::from(surface.is_of_mesh(0));
+                    n_behind[own] += u32::from(is_behind);
+                    n_own[own] += 1;
+                }
+            }
+        }
+        // Some of either are, and most are not.
+        for own in [0, 1] {
+            assert!(
+                n_behind[own] > 0 && n_behind[own] < n_own[own] / 2,
+                "{n_behind:?} {n_own:?}"
+            );
         }
     }
 }

@@ -56,6 +56,8 @@ pub(super) struct Lights {
 pub(super) struct Records {
     /// `[light][voxel]`; none of lights that were black.
     pub packed: Vec<PackedRecord>,
+    /// `[light][voxel]`: [from how many directions](super::super::transmittance::Swept::n_open) light comes.
+    pub n_open: Vec<u8>,
     /// By light, once it is done: was it not black?
     pub is_lit: Vec<Option<bool>>,
     /// Of the voxels.

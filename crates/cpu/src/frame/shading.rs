@@ -127,7 +127,7 @@ impl Frame {
 
     /// Shades some more points, or finds something that they need.
     fn shade_slice(&mut self, picturing: &Picturing) {
-        let is_first_picture = !self.has_shaded();
+        let has_all_light = self.has_all_light();
         let (Some(lights), Some((list, visible)), Some((grid, _)), Some(records)) =
             (&self.lights, &self.list, &self.volume, &self.records)
         else {
@@ -181,7 +181,7 @@ impl Frame {
             if is_last {
                 self.finish_shading(picturing);
             }
-        } else if is_last && is_first_done && picturing.has_drafts && is_first_picture {
+        } else if is_last && is_first_done && picturing.has_drafts && !has_all_light {
             let (radiance, done) = (&shading.radiance, &shading.order[..shading.n_done]);
             let (radiance, done) = (radiance.clone(), done.to_vec());
             let radiance = self.with_bounce(picturing.scene, radiance, &done);

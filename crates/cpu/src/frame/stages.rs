@@ -10,7 +10,6 @@ use strandlight_scene::PreparedScene;
 use strandlight_scene::beside::Beside;
 use strandlight_scene::bounce::passed_weights;
 use strandlight_scene::progress::timed;
-use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::{ShadowPlan, ShadowView};
 use strandlight_scene::strands::Strands;
 use strandlight_scene::volume::Grid;
@@ -195,6 +194,10 @@ impl Frame {
         let ((), seconds) = timed(|| {
             let records = self.records.get_or_insert_with(|| Records {
                 packed: vec![[0; 2]; grid.n_voxels() * n_lights],
+                n_open: match picturing.beside.is_empty() {
+                    true => Vec::new(),
+                    false => vec![0; grid.n_voxels() * n_lights],
+                },
                 is_lit: vec![None; n_lights],
                 places: picturing.beside.places_of_voxels(grid),
                 maps: vec![Vec::new(); n_lights],
@@ -215,8 +218,10 @@ impl Frame {
             }
             let n_maps = lights.sweeps.len() * picturing.beside.meshes().len();
             for light in std::mem::take(&mut records.under_way) {
-                let first = grid.n_voxels() * light.light_ix;
-                light.pack(&mut records.packed[first..][..grid.n_voxels()]);
+                let of_light =
+                    grid.n_voxels() * light.light_ix..grid.n_voxels() * (light.light_ix + 1);
+                let n_open = records.n_open.get_mut(of_light.clone());
+                light.pack(&mut records.packed[of_light], n_open.unwrap_or_default());
                 records.is_lit[light.light_ix] = Some(true);
                 if n_maps <= MAX_HEIGHT_MAPS {
                     records.maps[light.light_ix] = light.maps;
@@ -236,7 +241,7 @@ impl Frame {
         self.proxy_light.as_ref().map(|found| found.n_done) == n
     }
 
-    /// Finds what arrives of the next light.
+    /// Finds what arrives of the next lights, as many as there are threads.
     pub(super) fn light_proxies(&mut self, picturing: &Picturing) {
         let Picturing { scene, beside, .. } = picturing;
         let (Some(lights), Some((grid, volume)), Some(records)) =
@@ -258,34 +263,36 @@ impl Frame {
                 }
             });
             // The black ones are no work.
-            let is_work = |light: &LightRecord| light.power > 0.0 && !beside.is_empty();
-            let next = of_all[found.n_done..].iter().position(is_work);
-            found.n_done = next.map_or(of_all.len(), |next| found.n_done + next);
-            let Some(light) = of_all.get(found.n_done) else {
-                return;
-            };
+            let is_work = |ix: &usize| of_all[*ix].power > 0.0 && !beside.is_empty();
+            let next = (found.n_done..of_all.len()).filter(is_work);
+            let next: Vec<usize> = next.take(rayon::current_num_threads()).collect();
             let n = grid.n_voxels();
-            let packed = &records.packed[n * found.n_done..][..n];
-            let of_light = (light, &lights.sweeps[..]);
-            let places = &records.places;
-            let maps = records.maps.get(found.n_done).map_or(&[][..], |maps| maps);
-            let arriving =
-                found
-                    .surfaces
-                    .irradiance((beside, maps), grid, of_light, packed, places);
-            match &mut found.lit {
-                Some(lit) => lit.add(
-                    &found.surfaces,
-                    (&picturing.view, &passed),
-                    light.rgb,
-                    &arriving,
-                ),
-                None => {
-                    found.arriving.resize(found.n_done, Vec::new());
-                    found.arriving.push(arriving);
+            let irradiance = |&ix: &usize| {
+                let of_light = (&of_all[ix], &lights.sweeps[..]);
+                let of_voxels = (
+                    &records.packed[n * ix..][..n],
+                    &records.n_open[n * ix..][..n],
+                );
+                let maps = records.maps.get(ix).map_or(&[][..], |maps| maps);
+                let surfaces = &found.surfaces;
+                surfaces.irradiance((beside, maps), grid, of_light, of_voxels)
+            };
+            let arriving: Vec<Vec<[f32; 3]>> = next.par_iter().map(irradiance).collect();
+            for (&ix, arriving) in next.iter().zip(arriving) {
+                match &mut found.lit {
+                    Some(lit) => lit.add(
+                        &found.surfaces,
+                        (&picturing.view, &passed),
+                        of_all[ix].rgb,
+                        &arriving,
+                    ),
+                    None => {
+                        found.arriving.resize(ix, Vec::new());
+                        found.arriving.push(arriving);
+                    }
                 }
             }
-            found.n_done += 1;
+            found.n_done = next.last().map_or(of_all.len(), |last| last + 1);
         });
         if let (true, Some(records)) = (self.has_proxy_light(), &mut self.records) {
             // They are many bytes.

@@ -18,20 +18,49 @@ use super::special::erf_pair;
 /// pi)`, its blur fitted. Against quadrature over all cosines and lambda in 0.02..=8 the error is
 /// at most 1.7e-3 of `upper` (a test of `tests/tests/gpu/proxies.rs` measures it).
 pub fn irradiance(cos_normal: f32, lambda: f32) -> f32 {
-    let kappa = 2.0 / (lambda * lambda);
-    let fall = (-kappa).exp();
-    let squared = kappa * kappa;
-    let mut upper = (kappa - 1.0 + fall) / squared;
-    let mut lower = fall * (1.0 - (1.0 + kappa) * fall) / squared;
-    if kappa < 0.1 {
-        upper = 0.5 - kappa * (0.166_666_67 - 0.041_666_67 * kappa);
-        lower = 0.5 - kappa * (0.833_333_3 - 0.708_333_3 * kappa);
+    Irradiance::new(lambda).at(cos_normal)
+}
+
+/// [`irradiance`] of a light on many surfaces.
+#[derive(Clone, Copy, Debug)]
+pub struct Irradiance {
+    upper: f32,
+    lower: f32,
+    t: f32,
+    /// The ramp at its ends.
+    ramp: [f32; 2],
+}
+
+impl Irradiance {
+    /// Of a light of width `lambda`.
+    pub fn new(lambda: f32) -> Irradiance {
+        let kappa = 2.0 / (lambda * lambda);
+        let fall = (-kappa).exp();
+        let squared = kappa * kappa;
+        let mut upper = (kappa - 1.0 + fall) / squared;
+        let mut lower = fall * (1.0 - (1.0 + kappa) * fall) / squared;
+        if kappa < 0.1 {
+            upper = 0.5 - kappa * (0.166_666_67 - 0.041_666_67 * kappa);
+            lower = 0.5 - kappa * (0.833_333_3 - 0.708_333_3 * kappa);
+        }
+        let blur =
+            (squared + 0.334_25 * kappa + 0.422_157) / (squared + 1.084_606 * kappa + 6.302_895);
+        let t = (0.5 * kappa * blur).sqrt().max(0.05);
+        Irradiance {
+            upper,
+            lower,
+            t,
+            ramp: [blurred_ramp(-1.0, t), blurred_ramp(1.0, t)],
+        }
     }
-    let blur = (squared + 0.334_25 * kappa + 0.422_157) / (squared + 1.084_606 * kappa + 6.302_895);
-    let t = (0.5 * kappa * blur).sqrt().max(0.05);
-    let least = blurred_ramp(-1.0, t);
-    let share = (blurred_ramp(cos_normal, t) - least) / (blurred_ramp(1.0, t) - least);
-    2.0 * std::f32::consts::PI * (lower + (upper - lower) * share.clamp(0.0, 1.0))
+
+    /// On a surface whose normal has this cosine with the light's direction, sr.
+    pub fn at(&self, cos_normal: f32) -> f32 {
+        let [least, most] = self.ramp;
+        let share = (blurred_ramp(cos_normal, self.t) - least) / (most - least);
+        let above = (self.upper - self.lower) * share.clamp(0.0, 1.0);
+        2.0 * std::f32::consts::PI * (self.lower + above)
+    }
 }
 
 /// Twice max(x, 0) blurred by a Gaussian of standard deviation 1 / (sqrt(2) t).

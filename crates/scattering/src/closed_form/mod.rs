@@ -65,7 +65,7 @@ pub use global_scattering::{global_scattering, global_scattering_mode};
 pub use half_circle::{
     half_circle, half_circle_basis, half_circle_r, half_circle_trt, half_circle_tt,
 };
-pub use irradiance::{blurred_ramp, irradiance};
+pub use irradiance::{Irradiance, blurred_ramp, irradiance};
 pub use lobes::{
     EVEN_TEXELS, LobeDecode, LobeView, Lobes, N_LOBE_NUMBERS, SampleLobes, lobe_place, sample_lobes,
 };

@@ -188,9 +188,10 @@ impl HeightMap {
         (is_on & lowest.simd_gt(height)).to_bitmask() as u32
     }
 
-    /// Which of eight places the mesh hides from the light, a bit each: [`Placed::is_hidden`].
+    /// Which of eight places the mesh hides from the light, a bit each: [`Placed::is_hidden`], or of those that `are_own`, points of
+    /// its surface, [`Placed::is_hidden_above`].
     #[inline(always)]
-    pub fn hidden<S: Simd>(&self, simd: S, placed: [&Placed; LANES]) -> u32 {
+    pub fn hidden<S: Simd>(&self, simd: S, placed: [&Placed; LANES], are_own: u32) -> u32 {
         let (mut position, mut normal) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
         for (lane, placed) in placed.into_iter().enumerate() {
             for axis in 0..3 {
@@ -211,7 +212,13 @@ impl HeightMap {
             f32x8::simd_from(simd, z),
         ];
         let facing = along(normal, self.towards);
-        facing.simd_lt(0.0).to_bitmask() as u32 | self.are_above(simd, position)
+        let faces_away = facing.simd_lt(0.0).to_bitmask() as u32;
+        let above = self.are_above(simd, position);
+        if are_own == 0 {
+            return faces_away | above;
+        }
+        let own = above & facing.simd_gt(0.0).to_bitmask() as u32;
+        are_own & own | !are_own & (faces_away | above)
     }
 }
 
