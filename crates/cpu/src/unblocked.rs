@@ -7,20 +7,27 @@
 mod map;
 mod strips;
 
+use std::cmp::Reverse;
 use std::ops::Range;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
 use rayon::prelude::*;
 use strandlight_scene::beside::{self, Beside};
+use strandlight_scene::progress::Deadline;
 use strandlight_scene::shadow_maps::{N_PLACES, NO_SLOT, ShadowView};
 use strandlight_scene::strands::Strands;
 
-use map::Work;
+use map::{Found, Work};
 pub(super) use strips::StripOrder;
-use strips::{Strips, some_runs};
+use strips::Strips;
 
 /// Maps at work at a time have at most this many bytes, or there is one.
 const MAX_MAP_BYTES: usize = 256 << 20;
+
+/// How long maps are worked on at a time.
+const STEP: Duration = Duration::from_millis(3);
 
 /// Bytes that a map at work needs for each point of the hair, about.
 const BYTES_PER_POINT: usize = 13;
@@ -95,29 +102,17 @@ impl Unblocked {
 /// Answers that are being found, a few maps at a time.
 pub(super) struct Casting {
     views: Vec<ShadowView>,
-    /// Views that are done.
+    /// Views in the order in which they are taken up: fine ones first, so that no thread ends long after the others.
+    order: Vec<u32>,
+    /// Of them, how many are taken up.
+    n_taken: usize,
     n_done: usize,
     strips: Strips,
     /// Of [`Strips::seen`], once they were asked for.
     places: Option<beside::Places>,
-    /// What the maps at work are made in, as many as there are at most.
+    /// Maps at work, and what those to come are made in.
     works: Vec<Work>,
-    /// How far those at work are; they keep in step.
-    part: Part,
     found: Unblocked,
-}
-
-/// A part of the work on a map.
-#[derive(Clone, Copy, Debug)]
-enum Part {
-    /// Projects the points of the strands.
-    Project,
-    /// Plans which runs are drawn, and clears the map.
-    Prepare,
-    /// Draws runs; the next one.
-    Cast(usize),
-    /// Looks up the visible points; the next one.
-    Receive(usize),
 }
 
 impl Casting {
@@ -144,15 +139,19 @@ impl Casting {
                 &all
             }
         };
+        let n_views = views.len();
+        let mut taken: Vec<u32> = (0..n_views as u32).collect();
+        taken.sort_by_key(|&ix| Reverse(views[ix as usize].side));
         Casting {
             strips: Strips::new(order, strands, looked_up),
             views,
+            order: taken,
+            n_taken: 0,
             n_done: 0,
             places: None,
             works: Vec::new(),
-            part: Part::Project,
             found: Unblocked {
-                lit: Vec::new(),
+                lit: vec![Vec::new(); n_views],
                 maps_of,
                 is_everywhere: visible.is_none(),
                 n_texels: 0,
@@ -162,67 +161,43 @@ impl Casting {
 
     /// Works some milliseconds on as many maps as there are threads; answers whether all are done.
     pub fn step(&mut self, beside: &Beside) -> bool {
-        let rest = &self.views[self.n_done..];
-        let largest = rest.iter().map(|view| view.side).max().unwrap_or(1);
-        let texels = 4 * (largest as usize).pow(2);
-        let at_a_time =
-            MAX_MAP_BYTES / (texels + BYTES_PER_POINT * self.strips.order.points[0].len());
-        let n = at_a_time
-            .clamp(1, rayon::current_num_threads())
-            .min(rest.len());
+        let strips = &self.strips;
+        let Some(places) = &self.places else {
+            let position = |ix: usize| strips.position(&strips.seen[ix]);
+            self.places = Some(beside.places(strips.seen.len(), position));
+            return self.views.is_empty();
+        };
+        let views = &self.views[..];
+        let side = |ix: u32| views[ix as usize].side as usize;
+        let under_way = self.works.iter().filter_map(|work| work.view);
+        let to_come = self.order[self.n_taken..].first().copied();
+        let largest = under_way.chain(to_come).map(side).max().unwrap_or(1);
+        let bytes = 4 * largest.pow(2) + BYTES_PER_POINT * strips.order.points[0].len();
+        let n = (MAX_MAP_BYTES / bytes).clamp(1, rayon::current_num_threads());
         self.works
             .resize_with(n.max(self.works.len()), Work::default);
-        let side = rest[..n].iter().map(|view| view.side).max().unwrap_or(1);
-        let strips = &self.strips;
-        let works = self.works.par_iter_mut().zip(&rest[..n]);
-        match self.part {
-            Part::Project => {
-                works.for_each(|(work, view)| work.project(view, strips));
-                self.part = Part::Prepare;
-            }
-            Part::Prepare => {
-                works.for_each(|(work, view)| work.prepare(view, strips));
-                self.part = Part::Cast(0);
-            }
-            Part::Cast(first) => {
-                let range = some_runs(first, side);
-                let end = range.end;
-                let n_drawn = works.map(|(work, view)| {
-                    work.cast(view, strips, range.clone());
-                    work.n_drawn()
-                });
-                self.part = match n_drawn.max() {
-                    Some(n_drawn) if n_drawn > end => Part::Cast(end),
-                    _ => Part::Receive(0),
-                };
-            }
-            Part::Receive(first) => {
-                let Some(places) = &self.places else {
-                    let position = |ix: usize| strips.position(&strips.seen[ix]);
-                    self.places = Some(beside.places(strips.seen.len(), position));
-                    return false;
-                };
-                let range = strips.some_seen(first, side);
-                let end = range.end;
-                let stands = (beside, places);
-                works.for_each(|(work, view)| work.receive(view, strips, range.clone(), stands));
-                self.part = Part::Receive(end);
-                if end == strips.seen.len() {
-                    self.add(n);
-                    self.part = Part::Project;
-                }
-            }
+        let n_taken = AtomicUsize::new(self.n_taken);
+        let take = || {
+            let next = self.order.get(n_taken.fetch_add(1, Ordering::Relaxed));
+            next.copied()
+        };
+        let deadline = Deadline::after(STEP);
+        let found: Vec<Found> = self.works[..n]
+            .par_iter_mut()
+            .flat_map_iter(|work| work.step(views, strips, (beside, places), (&take, deadline)))
+            .collect();
+        self.n_taken = n_taken.into_inner().min(self.order.len());
+        self.n_done += found.len();
+        for Found {
+            view,
+            lit,
+            n_texels,
+        } in found
+        {
+            self.found.lit[view as usize] = lit;
+            self.found.n_texels += n_texels;
         }
         self.n_done == self.views.len()
-    }
-
-    /// Takes the answers of the next maps.
-    fn add(&mut self, n: usize) {
-        for work in &mut self.works[..n] {
-            self.found.n_texels += work.n_texels;
-            self.found.lit.push(std::mem::take(&mut work.lit));
-        }
-        self.n_done += n;
     }
 
     /// What is found so far.

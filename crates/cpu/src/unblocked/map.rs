@@ -6,10 +6,11 @@ use glam::Vec3;
 use strandlight_scattering::wide::prelude::*;
 use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8, i32x8, mask32x8};
 use strandlight_scene::beside::{self, Beside, HeightMaps, Towards};
+use strandlight_scene::progress::Deadline;
 use strandlight_scene::shadow_maps::{N_PLACES, SHADOW_SIDE, ShadowView};
 
 use super::super::shadow_map::{CLEAR_RADII, HEIGHT_UNITS, NAME_BITS, OWN_POINTS};
-use super::strips::{Run, Seen, StripOrder, Strips};
+use super::strips::{Run, Seen, StripOrder, Strips, some_runs, some_seen};
 
 /// Blocks along a side of a map, each known to be looked up or not.
 const BLOCKS: usize = 32;
@@ -17,42 +18,109 @@ const BLOCKS: usize = 32;
 /// How much lower and higher than its points a box may reach, of the height of the map: more than is lost in rounding.
 const SLACK: f32 = 1e-5;
 
-/// A map at work.
+/// A map at work, or what the next one is made in.
 #[derive(Default)]
 pub(super) struct Work {
+    /// Which view it is of, while it is at work, and how far.
+    pub view: Option<u32>,
+    part: Part,
     /// [`StripOrder::points`](super::strips::StripOrder::points) on the map: x and y in texels from the corner, z the height in cm.
     at: [Vec<f32>; 3],
     /// Runs that are drawn, in this order.
     drawn: Vec<u32>,
     map: Map,
     /// By visible point: which of the places along the strand about it are lit.
-    pub lit: Vec<u8>,
+    lit: Vec<u8>,
     /// Of what stands beside the hair, while points are looked up.
     heights: Option<HeightMaps>,
+    /// Texels of strands that were drawn.
+    n_texels: u64,
+}
+
+/// A part of the work on a map.
+#[derive(Clone, Copy, Debug, Default)]
+enum Part {
+    /// Projects the points of the strands, plans which runs are drawn, and clears the map.
+    #[default]
+    Prepare,
+    /// Draws runs; the next one of [`Work::drawn`].
+    Cast(usize),
+    /// Looks up the visible points; the next one of [`Strips::seen`].
+    Receive(usize),
+}
+
+/// What a map answers.
+pub(super) struct Found {
+    pub view: u32,
+    /// By visible point: which of the places along the strand about it are lit.
+    pub lit: Vec<u8>,
     /// Texels of strands that were drawn.
     pub n_texels: u64,
 }
 
 impl Work {
-    pub fn project(&mut self, view: &ShadowView, strips: &Strips) {
-        dispatch!(Level::new(), simd => project(simd, view, strips, &mut self.at));
+    /// Works on its map, and on those that it can `take`, until a deadline; answers what those say that are done.
+    pub fn step(
+        &mut self,
+        views: &[ShadowView],
+        strips: &Strips,
+        stands: (&Beside, &beside::Places),
+        (take, deadline): (impl Fn() -> Option<u32>, Deadline),
+    ) -> Vec<Found> {
+        let mut found = Vec::new();
+        // Some of it at least.
+        loop {
+            self.view = self.view.or_else(&take);
+            let Some(ix) = self.view else {
+                return found;
+            };
+            let view = &views[ix as usize];
+            match self.part {
+                Part::Prepare => {
+                    self.prepare(view, strips);
+                    self.part = Part::Cast(0);
+                }
+                Part::Cast(first) => {
+                    let range = within(first, some_runs(view.side), self.drawn.len());
+                    self.part = match range.end == self.drawn.len() {
+                        true => Part::Receive(0),
+                        false => Part::Cast(range.end),
+                    };
+                    self.cast(view, strips, range);
+                }
+                Part::Receive(first) => {
+                    let range = within(first, some_seen(view.side), strips.seen.len());
+                    self.part = Part::Receive(range.end);
+                    let is_done = range.end == strips.seen.len();
+                    self.receive(view, strips, range, stands);
+                    if is_done {
+                        found.push(Found {
+                            view: ix,
+                            lit: std::mem::take(&mut self.lit),
+                            n_texels: self.n_texels,
+                        });
+                        (self.view, self.part) = (None, Part::Prepare);
+                    }
+                }
+            }
+            if !deadline.is_to_come() {
+                return found;
+            }
+        }
     }
 
-    pub fn prepare(&mut self, view: &ShadowView, strips: &Strips) {
+    fn prepare(&mut self, view: &ShadowView, strips: &Strips) {
         self.n_texels = 0;
-        dispatch!(Level::new(), simd => plan(simd, view, strips, &mut self.drawn));
+        let (at, drawn) = (&mut self.at, &mut self.drawn);
+        dispatch!(Level::new(), simd => {
+            project(simd, view, strips, at);
+            plan(simd, view, strips, drawn);
+        });
         self.map.clear(view.side);
     }
 
-    /// How many runs are drawn.
-    pub fn n_drawn(&self) -> usize {
-        self.drawn.len()
-    }
-
-    /// Draws some of them.
-    pub fn cast(&mut self, view: &ShadowView, strips: &Strips, range: Range<usize>) {
-        let end = range.end.min(self.drawn.len());
-        let runs = &self.drawn[range.start.min(end)..end];
+    fn cast(&mut self, view: &ShadowView, strips: &Strips, range: Range<usize>) {
+        let runs = &self.drawn[range];
         let order = &strips.order;
         let (at, map) = (&self.at, &mut self.map);
         dispatch!(Level::new(), simd => {
@@ -60,7 +128,7 @@ impl Work {
         });
     }
 
-    pub fn receive(
+    fn receive(
         &mut self,
         view: &ShadowView,
         strips: &Strips,
@@ -85,6 +153,11 @@ impl Work {
             self.heights = (range().end < strips.seen.len()).then(|| towards.maps().clone());
         }
     }
+}
+
+/// As many from `first` on as there are of `n`, at most `most`.
+fn within(first: usize, most: usize, n: usize) -> Range<usize> {
+    first..(first + most).min(n)
 }
 
 /// [`super::super::shadow_map::map_position`] of all points.

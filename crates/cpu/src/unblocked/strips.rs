@@ -8,11 +8,11 @@ use strandlight_scattering::wide::LANES;
 use strandlight_scene::shadow_maps::SHADOW_SIDE;
 use strandlight_scene::strands::Strands;
 
-/// Runs that are drawn into a map of [`SHADOW_SIDE`] at a time, some milliseconds; fewer into finer ones.
-const RUNS_AT_ONCE: u32 = 1 << 14;
+/// Runs that are drawn into a map of [`SHADOW_SIDE`] at a time, a millisecond; fewer into finer ones.
+const RUNS_AT_ONCE: u32 = 1 << 13;
 
 /// Points that are looked up on such a map at a time.
-const SEEN_AT_ONCE: u32 = 1 << 17;
+const SEEN_AT_ONCE: u32 = 1 << 16;
 
 /// Strands in an order in which one follows another that is near.
 #[derive(Default)]
@@ -68,11 +68,6 @@ pub(super) struct Seen {
 }
 
 impl Strips {
-    /// Points from `first` on that are looked up at a time on a map of this side, in [`Strips::seen`].
-    pub fn some_seen(&self, first: usize, side: u32) -> Range<usize> {
-        first..(first + at_once(SEEN_AT_ONCE, side) as usize).min(self.seen.len())
-    }
-
     /// Of a point that is looked up, cm.
     pub fn position(&self, seen: &Seen) -> Vec3 {
         let [x, y, z, _] = &self.order.points;
@@ -201,14 +196,19 @@ fn box_around(points: &[[f32; 4]]) -> [f32; 7] {
     [x, y, z, width, height, depth, radius]
 }
 
-/// Runs from `first` on that are drawn at a time into a map of this side.
-pub(super) fn some_runs(first: usize, side: u32) -> Range<usize> {
-    first..first + at_once(RUNS_AT_ONCE, side) as usize
+/// How many runs are drawn at a time into a map of this side.
+pub(super) fn some_runs(side: u32) -> usize {
+    at_once(RUNS_AT_ONCE, side)
+}
+
+/// How many points are looked up at a time on a map of this side.
+pub(super) fn some_seen(side: u32) -> usize {
+    at_once(SEEN_AT_ONCE, side)
 }
 
 /// How much is done at a time on a map of this side, where it is `most` on one of [`SHADOW_SIDE`].
-fn at_once(most: u32, side: u32) -> u32 {
-    most / side.div_ceil(SHADOW_SIDE).max(1)
+fn at_once(most: u32, side: u32) -> usize {
+    (most / side.div_ceil(SHADOW_SIDE).max(1)) as usize
 }
 
 /// The lowest ten bits of three numbers, interleaved.
