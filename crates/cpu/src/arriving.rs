@@ -44,6 +44,8 @@ pub(super) struct Arriving {
     is_found: Vec<bool>,
     n_found: usize,
     finding: Option<Finding>,
+    /// Are there shares of shadow maps, at some places at least?
+    pub has_shares: bool,
     /// `[place][number][column]`, whole vectors of columns, unorm16: the unblocked share of all modes but TT; that
     /// of TT; three depths, see [`ShadowRecords`](strandlight_scattering::wide::ShadowRecords), over [`MOST_DEPTH`]; the sine of
     /// the inclination of the hair that the light passes.
@@ -153,6 +155,7 @@ impl Arriving {
             is_found: vec![false; n_places],
             n_found: 0,
             finding: None,
+            has_shares: false,
             numbers: vec![0; N_NUMBERS * lights.len().next_multiple_of(LANES) * n_places],
         }
     }
@@ -188,6 +191,7 @@ impl Arriving {
             });
         arriving.is_found = places.iter().map(Option::is_some).collect();
         arriving.n_found = places.iter().flatten().count();
+        arriving.has_shares = self.has_shares;
         arriving
     }
 
@@ -203,14 +207,14 @@ impl Arriving {
         if self.n_found == visible.len() {
             return true;
         }
+        let is_missing = |place: &u32| !self.is_found[*place as usize];
         let mut finding = match self.finding.take() {
             Some(finding) => finding,
             None => {
-                let mut places = match some {
-                    Some(some) => some.to_vec(),
-                    None => (0..visible.len() as u32).collect(),
+                let mut places: Vec<u32> = match some {
+                    Some(some) => some.iter().copied().filter(is_missing).collect(),
+                    None => (0..visible.len() as u32).filter(is_missing).collect(),
                 };
-                places.retain(|place| !self.is_found[*place as usize]);
                 if places.is_empty() {
                     return true;
                 }
@@ -314,6 +318,7 @@ impl Arriving {
         if columns.is_empty() {
             return;
         }
+        self.has_shares = true;
         let pack = |share: f32| (share * ONE + 0.5) as i32 as u16;
         let through = ThroughShares::new(&scene.strands, eye, maps);
         self.numbers[per_point * places.start..per_point * places.end]

@@ -143,16 +143,13 @@ impl Frame {
         {
             self.through_before = through;
         }
+        let arriving = self.plain.arriving.take();
         // Shares of other maps would stay beside those of the volume.
-        if are_kept || self.plain.n_shares == 0 {
-            if let (Some(arriving), Some((_, visible))) =
-                (self.plain.arriving.take(), self.list.take())
-            {
-                self.plain.arriving_before = Some((arriving, visible.points));
-            }
-        } else {
-            self.plain.arriving_before = None;
-        }
+        let arriving = arriving.filter(|arriving| are_kept || !arriving.has_shares);
+        let seen = arriving.is_some().then(|| self.list.take()).flatten();
+        self.plain.arriving_before = arriving
+            .zip(seen)
+            .map(|(arriving, (_, visible))| (arriving, visible.points));
     }
 
     /// The proxies are in other light.

@@ -59,22 +59,23 @@ pub(super) fn transmittance_beside(
     sweeps: &[[f32; 4]],
     beside: (&Beside, &Places),
 ) -> Swept {
-    let n_open = match beside.0.is_empty() {
+    let n_voxels = grid.n_voxels();
+    let n_counted = match beside.0.is_empty() {
         true => 0,
-        false => grid.n_voxels(),
+        false => n_voxels,
     };
     let mut swept = Swept {
-        packed: vec![[0; 2]; grid.n_voxels() * lights.len()],
-        n_open: vec![0; n_open * lights.len()],
+        packed: vec![[0; 2]; n_voxels * lights.len()],
+        n_open: vec![0; n_counted * lights.len()],
     };
     // None of nothing is none.
-    let mut open: Vec<&mut [u8]> = match n_open {
+    let mut open: Vec<&mut [u8]> = match n_counted {
         0 => lights.iter().map(|_| &mut [][..]).collect(),
-        _ => swept.n_open.chunks_mut(n_open).collect(),
+        _ => swept.n_open.chunks_mut(n_counted).collect(),
     };
     swept
         .packed
-        .par_chunks_mut(grid.n_voxels())
+        .par_chunks_mut(n_voxels)
         .zip(&mut open)
         .enumerate()
         .with_max_len(1)

@@ -1,8 +1,9 @@
 //! What of shadow maps is lit at visible points, and so the shares of the lights that reach them straight.
 //!
 //! The maps are those of [`super::shadow_map`]; but each is one thread's own, every point is projected
-//! once, and what is above nothing that is looked up is not drawn. Strands side by side are drawn one after the other and texels
-//! side by side lie together, so that most of the memory that is touched is in a cache.
+//! once, and runs of segments that are above nothing that is looked up are not drawn. Strands side by side are drawn one after the
+//! other, on fine maps block after block, and texels side by side lie together, so that most of the memory that is touched is in a
+//! cache.
 
 mod map;
 mod strips;
@@ -23,7 +24,7 @@ use map::{Found, Work};
 pub(super) use strips::StripOrder;
 use strips::Strips;
 
-/// Maps at work at a time have at most this many bytes, or there is one.
+/// Maps at work at a time have at most this many bytes together, or there is one.
 const MAX_MAP_BYTES: usize = 256 << 20;
 
 /// How long maps are worked on at a time.
@@ -140,12 +141,12 @@ impl Casting {
             }
         };
         let n_views = views.len();
-        let mut taken: Vec<u32> = (0..n_views as u32).collect();
-        taken.sort_by_key(|&ix| Reverse(views[ix as usize].side));
+        let mut by_side: Vec<u32> = (0..n_views as u32).collect();
+        by_side.sort_by_key(|&ix| Reverse(views[ix as usize].side));
         Casting {
             strips: Strips::new(order, strands, looked_up),
             views,
-            order: taken,
+            order: by_side,
             n_taken: 0,
             n_done: 0,
             places: None,
@@ -168,12 +169,19 @@ impl Casting {
             return self.views.is_empty();
         };
         let views = &self.views[..];
-        let side = |ix: u32| views[ix as usize].side as usize;
-        let under_way = self.works.iter().filter_map(|work| work.view);
-        let to_come = self.order[self.n_taken..].first().copied();
-        let largest = under_way.chain(to_come).map(side).max().unwrap_or(1);
-        let bytes = 4 * largest.pow(2) + BYTES_PER_POINT * strips.order.points[0].len();
-        let n = (MAX_MAP_BYTES / bytes).clamp(1, rayon::current_num_threads());
+        let of_points = BYTES_PER_POINT * strips.order.points[0].len();
+        let bytes = |ix: u32| 4 * (views[ix as usize].side as usize).pow(2) + of_points;
+        // Those at work first, also where there were more threads before. Whatever they take up later is not larger.
+        self.works.sort_by_key(|work| work.view.is_none());
+        let under_way = self.works.iter().map_while(|work| work.view);
+        let to_come = self.order[self.n_taken..].iter().copied();
+        let mut sum = 0;
+        let fits = |ix: &u32| {
+            sum += bytes(*ix);
+            sum <= MAX_MAP_BYTES
+        };
+        let n = under_way.chain(to_come).take_while(fits).count();
+        let n = n.clamp(1, rayon::current_num_threads());
         self.works
             .resize_with(n.max(self.works.len()), Work::default);
         let n_taken = AtomicUsize::new(self.n_taken);
@@ -267,7 +275,19 @@ mod tests {
             casting.finish()
         };
         let (unblocked, everywhere) = (find(Some(&visible)), find(None));
-        assert!(unblocked.n_texels <= n_texels);
+        assert!(unblocked.n_texels <= everywhere.n_texels && everywhere.n_texels <= n_texels);
+        // With fewer threads than it began with, too.
+        let pool = |n: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
+            pool.expect("threads")
+        };
+        let mut casting = Casting::new(plan.views.clone(), (&strands, &order), Some(&visible));
+        for _ in 0..3 {
+            pool(4).install(|| casting.step(&Beside::none()));
+        }
+        let one = pool(1);
+        while !one.install(|| casting.step(&Beside::none())) {}
+        assert_eq!(casting.finish().lit, unblocked.lit);
         // Most strands throw no shadow on a corner.
         let is_near = |&point: &u32| strands.points[point as usize][0] > 1.2;
         let near: Vec<u32> = (0..strands.points.len() as u32).filter(is_near).collect();

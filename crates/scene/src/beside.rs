@@ -289,11 +289,7 @@ impl Towards<'_> {
     /// part of its own mesh.
     #[inline]
     pub fn is_behind_other(&self, surface: &Surface, places: &Places, ix: usize) -> bool {
-        let own_mesh = match surface.own {
-            Own::Proxy(_) => None,
-            Own::Mesh(own) => Some(own),
-        };
-        self.is_behind_record(surface) || self.is_hidden(places, ix, own_mesh)
+        self.is_behind_record(surface) || self.is_hidden(places, ix, Some(surface))
     }
 
     /// Whether another proxy that is no mesh does.
@@ -304,14 +300,13 @@ impl Towards<'_> {
         })
     }
 
-    /// Whether a mesh does; of the mesh `own`, on whose surface the place is, only what stands above
-    /// it.
+    /// Whether a mesh does; of that on whose `surface` the place is, only what stands above it.
     #[inline]
-    fn is_hidden(&self, places: &Places, ix: usize, own: Option<usize>) -> bool {
+    fn is_hidden(&self, places: &Places, ix: usize, surface: Option<&Surface>) -> bool {
         let mut maps = self.maps.iter().enumerate();
         maps.any(|(mesh, map)| {
             let placed = places.at(mesh, ix);
-            match own == Some(mesh) {
+            match surface.is_some_and(|surface| surface.is_of_mesh(mesh)) {
                 true => placed.is_hidden_above(map, self.direction),
                 false => placed.is_hidden(map, self.direction),
             }
@@ -399,22 +394,30 @@ mod tests {
         }
     }
 
-    /// On surfaces of a mesh and of an ellipsoid before it, eight at a time and fewer at the end.
+    /// On surfaces of two meshes and of an ellipsoid before them, eight at a time, of both meshes too.
     #[test]
     fn eight_surfaces_are_behind_others_as_one_is() {
-        let mesh = Proxy::Mesh(MeshProxy {
-            shape: Arc::new(MeshShape::new(ellipsoid(Vec3::new(7.0, 9.0, 8.0), 10))),
-            offset: Vec3::ZERO,
-            albedo: [0.5; 3],
-        });
+        let mesh = |n: u32, offset: Vec3| {
+            Proxy::Mesh(MeshProxy {
+                shape: Arc::new(MeshShape::new(ellipsoid(Vec3::new(7.0, 9.0, 8.0), n))),
+                offset,
+                albedo: [0.5; 3],
+            })
+        };
+        let meshes = [mesh(10, Vec3::ZERO), mesh(9, Vec3::new(-12.0, 3.0, 2.0))];
         let ball = Proxy::Ellipsoid {
             centre: Vec3::new(10.0, 0.0, 0.0),
             radii: Vec3::splat(4.0),
             turn: Quat::IDENTITY,
             albedo: [0.5; 3],
         };
-        let beside = Beside::new(&[ball, mesh], &Strands::default());
+        let [first, second] = meshes;
+        let beside = Beside::new(&[ball, first, second], &Strands::default());
         let surfaces = beside.surfaces();
+        let mut eights = surfaces.chunks(LANES);
+        let are_of_both =
+            |eight: &[Surface]| [0, 1].map(|mesh| eight.iter().any(|of| of.is_of_mesh(mesh)));
+        assert!(eights.any(|eight| are_of_both(eight) == [true; 2]));
         let places = beside.places(surfaces.len(), |ix| surfaces[ix].position);
         let (mut n_behind, mut n_own) = ([0; 2], [0; 2]);
         for direction in (0..400).step_by(17).map(unit) {
@@ -431,7 +434,7 @@ mod tests {
                         is_behind,
                         "{direction} {first} {lane}"
                     );
-                    let own = usize::from(surface.is_of_mesh(0));
+                    let own = usize::from(!surface.is_of_record(0));
                     n_behind[own] += u32::from(is_behind);
                     n_own[own] += 1;
                 }

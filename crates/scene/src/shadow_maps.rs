@@ -443,3 +443,36 @@ impl ShadowView {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn narrow_lights_have_fine_maps_on_thin_hair_alone() {
+        let side = |lambda: f32, diameter: f32| {
+            let points = [[-5.0, -5.0, -5.0], [5.0, 5.0, 5.0]].repeat(300);
+            let offsets: Vec<u32> = (0..=300).map(|ix| 2 * ix).collect();
+            let strands = Strands::new(&points, &offsets, |_, _| diameter, true).expect("valid");
+            let light = SrbfLight {
+                direction: [0.0, 1.0, 0.0],
+                lambda,
+                rgb: [1.0; 3],
+            };
+            let plan = ShadowPlan::new(&[light], &strands, 4);
+            assert!(!plan.views.is_empty());
+            plan.views[0].side
+        };
+        for (lambda, expected) in [
+            (0.01, 4096),
+            (0.029, 4096),
+            (0.03, 2048),
+            (0.049, 2048),
+            (0.05, 512),
+            (1.0, 512),
+        ] {
+            assert_eq!(side(lambda, 0.008), expected, "{lambda}");
+        }
+        assert!(side(0.01, 5.0) < 512);
+    }
+}

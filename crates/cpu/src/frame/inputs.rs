@@ -25,7 +25,7 @@ pub(super) struct Inputs<'a> {
     pub grid: &'a Grid,
     /// `[light][voxel]`
     pub records: &'a [PackedRecord],
-    /// None in drafts, and where no light has one.
+    /// None where they are not there yet, and where no light has one.
     pub maps: Option<Maps<'a>>,
     /// Where strands are seen that are wide.
     pub profile: Option<&'a WidthProfile>,

@@ -195,19 +195,26 @@ fn project<S: Simd>(simd: S, view: &ShadowView, strips: &Strips, at: &mut [Vec<f
 struct Map {
     /// Pages of 32 by 32 texels along a side.
     pages: i32,
+    /// Where the first begins.
+    start: usize,
     texels: Vec<u32>,
 }
+
+/// Bytes of a page of memory.
+const PAGE: usize = 4096;
 
 impl Map {
     fn clear(&mut self, side: u32) {
         self.pages = side.div_ceil(32) as i32;
         let n = self.n_texels() as usize + LANES;
-        if self.texels.len() == n {
+        let spare = PAGE / size_of::<u32>();
+        if self.texels.len() == n + spare {
             self.texels.fill(0);
         } else {
-            // Pages of a fine map that nothing is drawn on are never touched.
-            self.texels = vec![0; n];
+            // Pages of its first map that nothing is drawn on are never touched.
+            self.texels = vec![0; n + spare];
         }
+        self.start = self.texels.as_ptr().align_offset(PAGE).min(spare);
     }
 
     /// After them come eight that are not on the map.
@@ -233,8 +240,9 @@ impl Map {
     #[inline(always)]
     fn raise<S: Simd>(&mut self, indices: i32x8<S>, values: i32x8<S>) {
         let (indices, values) = (<[i32; LANES]>::from(indices), <[i32; LANES]>::from(values));
+        let texels = &mut self.texels[self.start..];
         for (index, value) in indices.into_iter().zip(values) {
-            let texel = &mut self.texels[index as usize];
+            let texel = &mut texels[index as usize];
             *texel = (*texel).max(value as u32);
         }
     }
@@ -448,7 +456,9 @@ impl<S: Simd> Segments<S> {
             rise,
             climb,
             height,
-            half_width: radius * (rise * rise + 1.0).sqrt(),
+            // Nor rows: what lies beyond the run may be wide.
+            half_width: is_there
+                .select(radius * (rise * rise + 1.0).sqrt(), f32x8::splat(simd, 0.0)),
             first,
             last,
             is_steep,
@@ -635,8 +645,9 @@ fn receive_point<S: Simd>(
     let height =
         ((z * (0.5 / view.reach) + 0.5).max(0.0).min(1.0) * HEIGHT_UNITS).to_int::<i32x8<S>>();
     let mut highest = [0; 8];
+    let texels = &map.texels[map.start..];
     for (highest, index) in highest.iter_mut().zip(index) {
-        *highest = map.texels[index as usize] as i32;
+        *highest = texels[index as usize] as i32;
     }
     let highest = i32x8::simd_from(simd, highest);
     // Heights have 20 bits, so shifting the sign in leaves them after the mask.
