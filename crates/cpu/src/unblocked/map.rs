@@ -15,6 +15,10 @@ use super::strips::{Run, Seen, StripOrder, Strips, some_runs, some_seen};
 /// Blocks along a side of a map, each known to be looked up or not.
 const BLOCKS: usize = 32;
 
+/// Parts of maps that a thread does at most in a step: without it small scenes would have all of their maps in one step, and tests of
+/// what comes between steps none to look at.
+const PARTS_AT_ONCE: usize = 6;
+
 /// How much lower and higher than its points a box may reach, of the height of the map: more than is lost in rounding.
 const SLACK: f32 = 1e-5;
 
@@ -59,7 +63,8 @@ pub(super) struct Found {
 }
 
 impl Work {
-    /// Works on its map, and on those that it can `take`, until a deadline; answers what those say that are done.
+    /// Does some more parts of its map, and of those that it can `take`, one at least and no more after a deadline; answers what those
+    /// say that are done.
     pub fn step(
         &mut self,
         views: &[ShadowView],
@@ -68,8 +73,7 @@ impl Work {
         (take, deadline): (impl Fn() -> Option<u32>, Deadline),
     ) -> Vec<Found> {
         let mut found = Vec::new();
-        // Some of it at least.
-        loop {
+        for _ in 0..PARTS_AT_ONCE {
             self.view = self.view.or_else(&take);
             let Some(ix) = self.view else {
                 return found;
@@ -104,9 +108,10 @@ impl Work {
                 }
             }
             if !deadline.is_to_come() {
-                return found;
+                break;
             }
         }
+        found
     }
 
     fn prepare(&mut self, view: &ShadowView, strips: &Strips) {
