@@ -78,6 +78,9 @@ impl Frame {
         } else if Stage::Shade.inputs().contains(&edit) {
             self.before_paint = None;
         }
+        if Stage::Shade.inputs().contains(&edit) {
+            self.plain.forget_draft();
+        }
         if !Stage::Shade.inputs().contains(&edit) {
             // What is shown is still that of the scene.
         } else if edit.keeps_shadows() {
@@ -334,14 +337,17 @@ impl Frame {
         // What is carried over from the view before is one, if only maps of the line of sight are to come.
         let is_carried = self.quality() == Some(Quality::Carried) && self.unblocked.is_some();
         let has_draft = self.has_shaded() || is_carried || !picturing.has_drafts || has_none;
-        let maps = match &self.unblocked {
-            None => Stage::ShadowMaps,
-            Some(_) => Stage::ThroughMaps,
+        // The first maps of the lights show something if these are there.
+        let maps = match &self.through {
+            None => Stage::ThroughMaps,
+            Some(_) => Stage::ShadowMaps,
         };
         if self.volume.is_none() {
             Some(Stage::Voxelise)
         } else if self.list.is_none() {
             Some(Stage::List)
+        } else if self.to_be_shadowed(picturing) {
+            Some(Stage::Shade)
         } else if !has_maps && has_draft {
             Some(maps)
         } else if !self.has_records() {

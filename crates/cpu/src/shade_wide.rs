@@ -19,10 +19,13 @@ use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::scene::LightRecord;
 
 mod bounce;
+mod shadowed;
 
 use super::along_segments::{Along, Nodes, PLACES, add_along, frames_about, shares_along};
 use super::arriving::{Arriving, Columns};
-use super::frame::kept::{N_NODES, half, n_numbers, narrow_columns};
+use super::draft_multiple::LightColumns;
+use super::frame::kept::{N_NODES, n_numbers, narrow_columns};
+use super::halves::half;
 use super::radiance::{Radiance, mean};
 use super::shade::{Counts, Terms};
 use super::unblocked::{Unblocked, VisiblePoint};
@@ -130,6 +133,7 @@ struct Scratch {
     /// By narrow light.
     narrow: Vec<AlongOf>,
     narrow_weights: Vec<f32>,
+    of_draft: shadowed::OfDraft,
 }
 
 /// Of a narrow light: the shares that reach the places about a point, if any is lit, and what single
@@ -148,15 +152,28 @@ struct Found<'a> {
     radiance: &'a mut [[f32; 4]],
     /// Of narrow lights; nothing where there are none.
     along: &'a mut [Along],
-    /// See [`super::frame::kept`]; nothing where nothing is kept.
-    kept: &'a mut [u16],
+    /// What is written down; nothing where nothing is.
+    numbers: &'a mut [u16],
+    rest: &'a mut [[f32; 3]],
+}
+
+/// What is written down of every light at a point, for pictures to come.
+#[derive(Clone, Copy)]
+pub(super) enum Written<'a> {
+    Nothing,
+    /// What is [kept](super::frame::kept) for lights of other colours.
+    Kept,
+    /// [Multiple scattering of a draft](super::draft_multiple), for shadow maps to come.
+    Draft(&'a LightColumns),
 }
 
 /// What some visible points were shaded to.
 pub(super) struct WideShaded {
     pub radiance: Radiance,
-    /// What is [kept](super::frame::kept) of each; nothing where that was not asked for.
-    pub kept: Vec<u16>,
+    /// What is written down of each, one after the other.
+    pub numbers: Vec<u16>,
+    /// Of a draft, what depends on no shadow map.
+    pub rest: Vec<[f32; 3]>,
     pub counts: Counts,
 }
 
@@ -216,50 +233,55 @@ impl<'a> WideShader<'a> {
         }
     }
 
-    /// Shades some visible points; what they came to is written down by light if it `is_kept`.
-    pub fn shade(&self, places: &[u32], visible: &[u32], is_kept: bool) -> WideShaded {
-        let n_kept = if is_kept {
-            n_numbers(self.n_columns)
-        } else {
-            0
+    /// Shades some visible points, and writes down what pictures to come need.
+    pub fn shade(&self, places: &[u32], visible: &[u32], written: Written) -> WideShaded {
+        let (n_written, n_rest) = match written {
+            Written::Nothing => (0, 0),
+            Written::Kept => (n_numbers(self.n_columns), 0),
+            Written::Draft(columns) => (columns.n_numbers(), places.len()),
         };
         let mut radiance = Radiance::black(places.len(), !self.narrow.is_empty());
-        let mut kept = vec![0; n_kept * places.len()];
+        let mut numbers = vec![0; n_written * places.len()];
+        let mut rest = vec![[0.0; 3]; n_rest];
         let mut along = radiance.along.chunks_mut(CHUNK);
-        let mut kept_chunks = kept.chunks_mut(CHUNK * n_kept.max(1));
+        let mut numbers_chunks = numbers.chunks_mut(CHUNK * n_written.max(1));
+        let mut rest_chunks = rest.chunks_mut(CHUNK);
         let chunks = radiance.at.chunks_mut(CHUNK).map(|radiance| Found {
             radiance,
             along: along.next().unwrap_or_default(),
-            kept: kept_chunks.next().unwrap_or_default(),
+            numbers: numbers_chunks.next().unwrap_or_default(),
+            rest: rest_chunks.next().unwrap_or_default(),
         });
         let chunks: Vec<Found> = chunks.collect();
         let counts = chunks
             .into_par_iter()
             .zip(places.par_chunks(CHUNK))
             .map_init(Scratch::default, |scratch, (found, places)| {
-                self.points(places, visible, found, scratch)
+                self.points((places, visible), written, found, scratch)
             })
             .reduce(Counts::default, Counts::and);
         WideShaded {
             radiance,
-            kept,
+            numbers,
+            rest,
             counts,
         }
     }
 
     fn points(
         &self,
-        places: &[u32],
-        visible: &[u32],
+        (places, visible): (&[u32], &[u32]),
+        written: Written,
         found: Found,
         scratch: &mut Scratch,
     ) -> Counts {
         let Found {
             radiance,
             along,
-            kept,
+            numbers,
+            rest,
         } = found;
-        let n_kept = kept.len() / places.len().max(1);
+        let n_written = numbers.len() / places.len().max(1);
         let mut counts = Counts::default();
         dispatch!(Level::new(), simd => {
             for (ix, (radiance, &place)) in radiance.iter_mut().zip(places).enumerate() {
@@ -267,15 +289,20 @@ impl<'a> WideShader<'a> {
                     place: place as usize,
                     point: visible[place as usize] as usize,
                 };
-                let sum = self.point(simd, at, n_kept > 0, scratch, &mut counts);
+                let sum = self.point(simd, at, written, scratch, &mut counts);
                 for (value, sum) in radiance.iter_mut().zip(sum) {
                     *value = sum * self.view.radiance_scale;
                 }
                 if let Some(along) = along.get_mut(ix) {
                     self.add_narrow(scratch, along);
                 }
-                if n_kept > 0 {
-                    self.keep(scratch, &mut kept[n_kept * ix..][..n_kept]);
+                let numbers = &mut numbers[n_written * ix..][..n_written];
+                match written {
+                    Written::Nothing => {}
+                    Written::Kept => self.keep(scratch, numbers),
+                    Written::Draft(columns) => {
+                        rest[ix] = self.write_draft(columns, scratch, &sum, numbers);
+                    }
                 }
             }
         });
@@ -399,113 +426,58 @@ impl<'a> WideShader<'a> {
         &self,
         simd: S,
         at: VisiblePoint,
-        is_kept: bool,
+        written: Written,
         scratch: &mut Scratch,
         counts: &mut Counts,
     ) -> [f32; 4] {
         let place = self.place(at.point);
         let arriving = self.arriving.at(at.place);
         self.narrow(simd, at, scratch);
-        let Scratch {
-            responses,
-            unblocked,
-            unblocked_tt,
-            weights,
-            of_lights,
-            narrow,
-            ..
-        } = scratch;
-        if is_kept {
-            for of_lights in of_lights.iter_mut() {
+        if let Written::Draft(_) = written {
+            scratch.of_draft.clear(self.lights.len());
+        }
+        if let Written::Kept = written {
+            for of_lights in scratch.of_lights.iter_mut() {
                 of_lights.clear();
                 of_lights.resize(self.lights.len(), [0.0; LANES]);
             }
         }
-        unblocked.clear();
-        unblocked_tt.clear();
+        scratch.unblocked.clear();
+        scratch.unblocked_tt.clear();
         for lights in &self.lights {
-            unblocked.push(arriving.unblocked(&lights.columns));
-            unblocked_tt.push(arriving.unblocked_tt(&lights.columns));
+            scratch.unblocked.push(arriving.unblocked(&lights.columns));
+            scratch
+                .unblocked_tt
+                .push(arriving.unblocked_tt(&lights.columns));
         }
+        let mut sum = self.single(simd, at, &place, written, scratch, counts);
+        let Scratch {
+            unblocked,
+            of_lights,
+            of_draft,
+            ..
+        } = scratch;
         let terms = &self.terms;
         let n_lights = self.colors.len();
-        let mut sum = [0.0; 4];
-        if terms.bits & TERM_SINGLE != 0 {
-            weights.clear();
-            let mut n = 0;
-            for (lights, (unblocked, unblocked_tt)) in
-                self.lights.iter().zip(unblocked.iter().zip(&*unblocked_tt))
-            {
-                let mut of_lights = [0.0; LANES];
-                for lane in 0..lights.n {
-                    let share = unblocked[lane].max(unblocked_tt[lane]);
-                    if share * lights.power[lane] >= terms.min_power {
-                        n += 1;
-                        of_lights[lane] = share * lights.brightest[lane];
-                    }
-                }
-                weights.push(of_lights);
-            }
-            for (of, along) in self.narrow.iter().zip(&*narrow) {
-                let weight = &mut weights.as_flattened_mut()[of.light];
-                n -= u64::from(*weight > 0.0);
-                n += u64::from(along.shares.is_some());
-                *weight = 0.0;
-                // Shares are times the view's scale, as the sum is in the end.
-                let shares = along.shares.iter().flatten().sum::<f32>() / PLACES as f32;
-                sum[3] += shares / self.view.radiance_scale * along.side;
-            }
-            let weights = weights.as_flattened();
-            let (unblocked, unblocked_tt) = (unblocked.as_flattened(), unblocked_tt.as_flattened());
-            let roulette = self.peaks.map(|peaks| Roulette {
-                tolerance: TOLERANCE,
-                peaks,
-                seed: at.point as u32,
-            });
-            let shading = &self.shading;
-            single_scattering(
-                simd, &self.wide, weights, &place, shading, roulette, responses,
-            );
-            for entry in responses.entries() {
-                let ix = entry.light as usize;
-                // TT alone comes through.
-                let share = if entry.mode == 1 {
-                    unblocked_tt[ix]
-                } else {
-                    unblocked[ix]
-                };
-                let rgb = &self.colors[ix];
-                let scattered = [0, 1, 2].map(|c: usize| rgb[c] * share * entry.rgb[c]);
-                for (sum, scattered) in sum.iter_mut().zip(scattered) {
-                    *sum += scattered;
-                }
-                if let Some(profile) = self.profile {
-                    let lights = &self.lights[ix / LANES];
-                    let direction = lights.direction.map(|axis| axis[ix % LANES]);
-                    let sides = sides(profile, direction, lights.lambda[ix % LANES], &place);
-                    sum[3] += sides[entry.mode as usize] * mean(scattered);
-                }
-                if is_kept {
-                    for (of_lights, value) in of_lights.iter_mut().zip(entry.rgb) {
-                        of_lights.as_flattened_mut()[ix] += share * value;
-                    }
-                }
-            }
-            counts.terms[0][0] += n;
-            counts.terms[0][1] += n_lights as u64 - n;
-        }
+        let is_kept = matches!(written, Written::Kept);
+        let is_draft = matches!(written, Written::Draft(_));
         if terms.bits & (TERM_LOCAL | TERM_GLOBAL) != 0 {
             let mut sums = [f32x8::splat(simd, 0.0); 3];
             for (ix, (lights, unblocked)) in self.lights.iter().zip(&*unblocked).enumerate() {
                 let records = arriving.records(&lights.columns);
-                let found = self.multiple(simd, lights, unblocked, &records, &place);
+                let Multiple { direct, forward } = self.multiple(simd, lights, &records, &place);
+                let unblocked = f32x8::load_array_ref(simd, unblocked);
                 for channel in 0..3 {
                     let rgb = f32x8::load_array_ref(simd, &lights.rgb[channel]);
-                    sums[channel] += rgb * found[channel];
+                    let found = direct[channel] * unblocked + forward[channel];
+                    sums[channel] += rgb * found;
                     if is_kept {
                         let of_lights = &mut of_lights[channel][ix];
-                        let sum = f32x8::load_array_ref(simd, of_lights) + found[channel];
+                        let sum = f32x8::load_array_ref(simd, of_lights) + found;
                         sum.store_array(of_lights);
+                    }
+                    if is_draft {
+                        direct[channel].store_array(&mut of_draft.direct[channel][ix]);
                     }
                 }
             }
@@ -522,16 +494,113 @@ impl<'a> WideShader<'a> {
         sum
     }
 
+    /// What single scattering comes to at a point, by the unblocked shares there; and of narrow lights the side.
+    #[inline(always)]
+    fn single<S: Simd>(
+        &self,
+        simd: S,
+        at: VisiblePoint,
+        place: &Place,
+        written: Written,
+        Scratch {
+            responses,
+            unblocked,
+            unblocked_tt,
+            weights,
+            of_lights,
+            narrow,
+            of_draft,
+            ..
+        }: &mut Scratch,
+        counts: &mut Counts,
+    ) -> [f32; 4] {
+        let terms = &self.terms;
+        let mut sum = [0.0; 4];
+        if terms.bits & TERM_SINGLE == 0 {
+            return sum;
+        }
+        let n_lights = self.colors.len();
+        weights.clear();
+        let mut n = 0;
+        for (lights, (unblocked, unblocked_tt)) in
+            self.lights.iter().zip(unblocked.iter().zip(&*unblocked_tt))
+        {
+            let mut of_lights = [0.0; LANES];
+            for lane in 0..lights.n {
+                let share = unblocked[lane].max(unblocked_tt[lane]);
+                if share * lights.power[lane] >= terms.min_power {
+                    n += 1;
+                    of_lights[lane] = share * lights.brightest[lane];
+                }
+            }
+            weights.push(of_lights);
+        }
+        for (of, along) in self.narrow.iter().zip(&*narrow) {
+            let weight = &mut weights.as_flattened_mut()[of.light];
+            n -= u64::from(*weight > 0.0);
+            n += u64::from(along.shares.is_some());
+            *weight = 0.0;
+            // Shares are times the view's scale, as the sum is in the end.
+            let shares = along.shares.iter().flatten().sum::<f32>() / PLACES as f32;
+            sum[3] += shares / self.view.radiance_scale * along.side;
+        }
+        let weights = weights.as_flattened();
+        let (unblocked, unblocked_tt) = (unblocked.as_flattened(), unblocked_tt.as_flattened());
+        let roulette = self.peaks.map(|peaks| Roulette {
+            tolerance: TOLERANCE,
+            peaks,
+            seed: at.point as u32,
+        });
+        let shading = &self.shading;
+        single_scattering(
+            simd, &self.wide, weights, place, shading, roulette, responses,
+        );
+        for entry in responses.entries() {
+            let ix = entry.light as usize;
+            // TT alone comes through.
+            let share = if entry.mode == 1 {
+                unblocked_tt[ix]
+            } else {
+                unblocked[ix]
+            };
+            let rgb = &self.colors[ix];
+            let scattered = [0, 1, 2].map(|c: usize| rgb[c] * share * entry.rgb[c]);
+            for (sum, scattered) in sum.iter_mut().zip(scattered) {
+                *sum += scattered;
+            }
+            if let Some(profile) = self.profile {
+                let lights = &self.lights[ix / LANES];
+                let direction = lights.direction.map(|axis| axis[ix % LANES]);
+                let sides = sides(profile, direction, lights.lambda[ix % LANES], place);
+                sum[3] += sides[entry.mode as usize] * mean(scattered);
+            }
+            if let Written::Draft(columns) = written
+                && columns.has_maps(ix)
+            {
+                for (sum, scattered) in of_draft.single.iter_mut().zip(scattered) {
+                    *sum += scattered;
+                }
+            }
+            if let Written::Kept = written {
+                for (of_lights, value) in of_lights.iter_mut().zip(entry.rgb) {
+                    of_lights.as_flattened_mut()[ix] += share * value;
+                }
+            }
+        }
+        counts.terms[0][0] += n;
+        counts.terms[0][1] += n_lights as u64 - n;
+        sum
+    }
+
     /// Global, local and direct local scattering of up to eight lights, for an amplitude of 1 each.
     #[inline(always)]
     fn multiple<S: Simd>(
         &self,
         simd: S,
         lights: &EightLights,
-        unblocked: &[f32; LANES],
         records: &[[f32; LANES]; 4],
         place: &Place,
-    ) -> [f32x8<S>; 3] {
+    ) -> Multiple<S> {
         let bits = self.terms.bits;
         let [density_forward, density_back] = self.terms.densities;
         // Loops and no closures around vectors, which would be compiled without the instruction set.
@@ -542,7 +611,6 @@ impl<'a> WideShader<'a> {
         let z = f32x8::load_array_ref(simd, z);
         let lambda = f32x8::load_array_ref(simd, &lights.lambda);
         let solid_angle = f32x8::load_array_ref(simd, &lights.solid_angle);
-        let unblocked = f32x8::load_array_ref(simd, unblocked);
         let mut rgb = [zero; 3];
         for (channel, numbers) in rgb.iter_mut().zip(&lights.rgb) {
             *channel = f32x8::load_array_ref(simd, numbers);
@@ -576,9 +644,12 @@ impl<'a> WideShader<'a> {
                 self.tables
                     .direct_at_lights(at.theta, at.cos_theta, view.theta, cos_delta, lambda);
         }
-        let mut found = [zero; 3];
+        let mut found = Multiple {
+            direct,
+            forward: [zero; 3],
+        };
         for channel in 0..3 {
-            let mut scattered = direct[channel] * unblocked * density_back;
+            let mut scattered = zero;
             let gained = forward.gained[channel] * density_forward;
             if bits & TERM_GLOBAL != 0 {
                 scattered += gained * global[channel];
@@ -586,10 +657,19 @@ impl<'a> WideShader<'a> {
             if has_local {
                 scattered += gained * local[channel] * density_back;
             }
-            found[channel] = solid_angle * scattered;
+            found.direct[channel] = solid_angle * (direct[channel] * density_back);
+            found.forward[channel] = solid_angle * scattered;
         }
         found
     }
+}
+
+/// Multiple scattering of eight lights, for an amplitude of 1 each.
+struct Multiple<S: Simd> {
+    /// Local scattering of light that comes straight, unblocked.
+    direct: [f32x8<S>; 3],
+    /// Global and local scattering of what the hair sends on forward.
+    forward: [f32x8<S>; 3],
 }
 
 /// Factors of the modes of a light over the width of a strand, at a place of it.

@@ -19,6 +19,25 @@ pub(super) struct Maps<'a> {
     pub of_lights: &'a Unblocked,
     /// May be that of the view before.
     pub through: &'a Through,
+    /// By map of the lights: is it drawn? All are where there is none.
+    pub are_drawn: Option<&'a [bool]>,
+}
+
+impl Maps<'_> {
+    /// By slot, its maps that are drawn.
+    pub fn drawn_of_slots(&self) -> Vec<Vec<u32>> {
+        let mut of_slots = vec![Vec::new(); self.plan.n_slots as usize];
+        for (map, view) in (0..).zip(&self.plan.views) {
+            if self.is_drawn(map as usize) {
+                of_slots[view.shadow_index as usize].push(map);
+            }
+        }
+        of_slots
+    }
+
+    fn is_drawn(&self, map: usize) -> bool {
+        self.are_drawn.is_none_or(|are_drawn| are_drawn[map])
+    }
 }
 
 /// What maps along a line of sight say.
@@ -64,7 +83,8 @@ pub(super) struct Scratch {
 impl<'a> ThroughShares<'a> {
     /// By `maps` of `strands`, seen from `eye`.
     pub fn new(strands: &'a Strands, eye: [f32; 3], maps: Maps<'a>) -> ThroughShares<'a> {
-        let Mixture { towards, weights } = maps.plan.mixture(maps.through.forward);
+        let forward = maps.through.forward;
+        let Mixture { towards, weights } = maps.plan.mixture_of(forward, |map| maps.is_drawn(map));
         let n = towards.len();
         let n_row = n.next_multiple_of(LANES);
         let axis = |axis: usize| {
@@ -157,7 +177,7 @@ mod tests {
     use strandlight_formats::SrbfLight;
     use strandlight_scattering::wide::{Level, dispatch};
     use strandlight_scene::beside::Beside;
-    use strandlight_scene::shadow_maps::unblocked_share;
+    use strandlight_scene::shadow_maps::{ShadowView, unblocked_share};
 
     use super::super::shadow_map::shadow_maps;
     use super::super::unblocked::{Casting, StripOrder};
@@ -188,7 +208,8 @@ mod tests {
         let forward = forward.to_array();
         let words = shadow_maps(&strands, &plan, (eye, forward));
         let order = Arc::new(StripOrder::new(&strands));
-        let cast = |views| {
+        let cast = |views: Vec<ShadowView>| {
+            let views = (views.clone(), vec![true; views.len()]);
             let mut casting = Casting::new(views, (&strands, &order), None);
             while !casting.step(&Beside::none()) {}
             casting.finish()
@@ -200,6 +221,7 @@ mod tests {
                 maps: cast(plan.through(forward)),
                 forward,
             },
+            are_drawn: None,
         };
         let through = ThroughShares::new(&strands, eye, maps);
         let mut scratch = Scratch::default();

@@ -73,11 +73,14 @@ impl Unblocked {
         sum as f32 / (N_PLACES as usize * maps.len()) as f32
     }
 
-    /// The answer of every map at a visible point, 0..=1.
+    /// The answer of every map at a visible point, 0..=1; 0 of those that are not drawn yet.
     pub fn answers(&self, at: VisiblePoint) -> impl Iterator<Item = f32> {
         let ix = self.index(at);
         let maps = self.lit.iter();
-        maps.map(move |lit| lit[ix].count_ones() as f32 * (1.0 / N_PLACES as f32))
+        maps.map(move |lit| {
+            let n_lit = lit.get(ix).map_or(0, |lit| lit.count_ones());
+            n_lit as f32 * (1.0 / N_PLACES as f32)
+        })
     }
 
     /// Which places about a visible point a map has lit, a bit each from the root on.
@@ -103,10 +106,15 @@ impl Unblocked {
 /// Answers that are being found, a few maps at a time.
 pub(super) struct Casting {
     views: Vec<ShadowView>,
-    /// Views in the order in which they are taken up: fine ones first, so that no thread ends long after the others.
+    /// By view: does a first picture need it?
+    are_first: Vec<bool>,
+    /// Views in the order in which they are taken up: fine ones first, so that no thread ends long after the others; of the others those
+    /// that a first picture needs.
     order: Vec<u32>,
     /// Of them, how many are taken up.
     n_taken: usize,
+    /// By view.
+    is_done: Vec<bool>,
     n_done: usize,
     strips: Strips,
     /// Of [`Strips::seen`], once they were asked for.
@@ -117,11 +125,11 @@ pub(super) struct Casting {
 }
 
 impl Casting {
-    /// Of the maps of `views`, those of a slot one after the other, at `visible` points of strands in this `order`; at
+    /// Of the maps of `views`, those of a slot one after the other, of which `are_first` are found first, at `visible` points of strands in this order; at
     /// all points where there are none given.
     pub fn new(
-        views: Vec<ShadowView>,
-        (strands, order): (&Strands, &Arc<StripOrder>),
+        (views, are_first): (Vec<ShadowView>, Vec<bool>),
+        (strands, strip_order): (&Strands, &Arc<StripOrder>),
         visible: Option<&[u32]>,
     ) -> Casting {
         let mut maps_of = Vec::new();
@@ -141,13 +149,18 @@ impl Casting {
             }
         };
         let n_views = views.len();
-        let mut by_side: Vec<u32> = (0..n_views as u32).collect();
-        by_side.sort_by_key(|&ix| Reverse(views[ix as usize].side));
+        let mut order: Vec<u32> = (0..n_views as u32).collect();
+        order.sort_by_key(|&ix| {
+            let ix = ix as usize;
+            (Reverse(views[ix].side), !are_first[ix])
+        });
         Casting {
-            strips: Strips::new(order, strands, looked_up),
+            strips: Strips::new(strip_order, strands, looked_up),
             views,
-            order: by_side,
+            are_first,
+            order,
             n_taken: 0,
+            is_done: vec![false; n_views],
             n_done: 0,
             places: None,
             works: Vec::new(),
@@ -203,9 +216,17 @@ impl Casting {
         } in found
         {
             self.found.lit[view as usize] = lit;
+            self.is_done[view as usize] = true;
             self.found.n_texels += n_texels;
         }
         self.n_done == self.views.len()
+    }
+
+    /// Of maps that a first picture needs what they say, and which these are, once all of them are found.
+    pub fn first(&self) -> Option<(&Unblocked, &[bool])> {
+        let mut views = self.are_first.iter().zip(&self.is_done);
+        let is_found = views.all(|(is_first, is_done)| *is_done || !is_first);
+        is_found.then_some((&self.found, &self.are_first[..]))
     }
 
     /// What is found so far.
@@ -269,19 +290,31 @@ mod tests {
         let visible: Vec<u32> = (0..strands.points.len() as u32).step_by(3).collect();
         let order = Arc::new(StripOrder::new(&strands));
         let find = |visible: Option<&[u32]>| {
-            let views = plan.views.clone();
+            let views = (plan.views.clone(), plan.first_maps());
             let mut casting = Casting::new(views, (&strands, &order), visible);
             while !casting.step(&Beside::none()) {}
             casting.finish()
         };
         let (unblocked, everywhere) = (find(Some(&visible)), find(None));
         assert!(unblocked.n_texels <= everywhere.n_texels && everywhere.n_texels <= n_texels);
+        // Those of a first picture before the others.
+        let views = (plan.views.clone(), plan.first_maps());
+        let mut casting = Casting::new(views, (&strands, &order), Some(&visible));
+        while casting.first().is_none() {
+            assert!(!casting.step(&Beside::none()), "all are found");
+        }
+        let (found, are_first) = casting.first().expect("those");
+        assert!(are_first.contains(&false));
+        for (map, is_first) in are_first.iter().enumerate() {
+            assert!(!is_first || found.lit[map] == unblocked.lit[map], "{map}");
+        }
         // With fewer threads than it began with, too.
         let pool = |n: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
             pool.expect("threads")
         };
-        let mut casting = Casting::new(plan.views.clone(), (&strands, &order), Some(&visible));
+        let views = (plan.views.clone(), plan.first_maps());
+        let mut casting = Casting::new(views, (&strands, &order), Some(&visible));
         for _ in 0..3 {
             pool(4).install(|| casting.step(&Beside::none()));
         }

@@ -154,7 +154,7 @@ impl VisiblePoints {
     }
 
     /// By place: those about it of the places that are `done`.
-    fn between(&self, done: &[u32]) -> Vec<Between> {
+    pub fn between(&self, done: &[u32]) -> Vec<Between> {
         let mut is_done = vec![false; self.points.len()];
         for &place in done {
             is_done[place as usize] = true;

@@ -235,6 +235,24 @@ impl ShadowPlan {
         plan
     }
 
+    /// By map of the lights: is it one of those that do for a first picture? One in two of a light is, and all of a narrow one.
+    pub fn first_maps(&self) -> Vec<bool> {
+        let mut are_first = vec![false; self.views.len()];
+        let mut first = 0;
+        for (slot, lobe) in (0..).zip(&self.lobes) {
+            let maps = first..first + lobe.n_maps as usize;
+            let step = match self.maps_along_segments(slot).is_empty() {
+                true => 2,
+                false => 1,
+            };
+            for map in maps.clone().step_by(step) {
+                are_first[map] = true;
+            }
+            first = maps.end;
+        }
+        are_first
+    }
+
     /// Maps along the line of sight of an eye that looks along `forward`.
     pub fn through(&self, forward: [f32; 3]) -> Vec<ShadowView> {
         let Some((k, any)) = &self.through else {
@@ -260,29 +278,46 @@ impl ShadowPlan {
 
     /// All maps together with those of an eye that looks along `forward`.
     pub fn mixture(&self, forward: [f32; 3]) -> Mixture {
+        self.mixture_of(forward, |_| true)
+    }
+
+    /// The same of those maps of the lights alone that are `drawn`, by their index: the others weigh nothing.
+    pub fn mixture_of(&self, forward: [f32; 3], is_drawn: impl Fn(usize) -> bool) -> Mixture {
         let through = self.through(forward);
         let maps = || self.views.iter().chain(&through);
+        let are_drawn: Vec<bool> = (0..self.views.len())
+            .map(is_drawn)
+            .chain(through.iter().map(|_| true))
+            .collect();
+        let mut drawn = self.lobes.clone();
+        for lobe in &mut drawn {
+            lobe.n_maps = 0;
+        }
+        for (view, is_drawn) in self.views.iter().zip(&are_drawn) {
+            drawn[view.shadow_index as usize].n_maps += u32::from(*is_drawn);
+        }
         let of_sight = Lobe {
             axis: Vec3::from(forward).normalize_or(Vec3::Y),
             lambda: THROUGH_LAMBDA,
             n_maps: through.len() as u32,
         };
-        let lobes = || self.lobes.iter().chain([&of_sight]);
+        let lobes = || drawn.iter().chain([&of_sight]);
         let density = |view: &ShadowView| -> f64 {
             let towards = Vec3::from(view.towards);
             lobes().map(|lobe| lobe.density(towards)).sum()
         };
         let densities: Vec<f64> = maps().map(density).collect();
         let weights = self.lobes.iter().flat_map(|lobe| {
-            let of_map = |(view, density): (&ShadowView, &f64)| {
+            let of_map = |((view, density), is_drawn): ((&ShadowView, &f64), &bool)| {
                 let radiance = lobe.radiance(Vec3::from(view.towards));
-                if radiance > 0.0 {
+                if radiance > 0.0 && *is_drawn {
                     (radiance / density) as f32
                 } else {
                     0.0
                 }
             };
-            maps().zip(&densities).map(of_map).collect::<Vec<f32>>()
+            let maps = maps().zip(&densities).zip(&are_drawn);
+            maps.map(of_map).collect::<Vec<f32>>()
         });
         Mixture {
             weights: weights.collect(),
@@ -447,6 +482,68 @@ impl ShadowView {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A sun and two wide lights over hair.
+    fn plan() -> ShadowPlan {
+        let points = [[-5.0, -5.0, -5.0], [5.0, 5.0, 5.0]].repeat(300);
+        let offsets: Vec<u32> = (0..=300).map(|ix| 2 * ix).collect();
+        let strands = Strands::new(&points, &offsets, |_, _| 0.008, true).expect("valid");
+        let light = |direction: [f32; 3], lambda: f32, rgb: f32| SrbfLight {
+            direction,
+            lambda,
+            rgb: [rgb; 3],
+        };
+        let lights = [
+            light([0.0, 1.0, 0.0], 0.7, 1.0),
+            light([0.0, 0.0, 1.0], 0.02, 600.0),
+            light([0.8, 0.6, 0.0], 0.9, 0.3),
+        ];
+        ShadowPlan::new(&lights, &strands, 30)
+    }
+
+    #[test]
+    fn first_maps_are_one_in_two_and_all_of_suns() {
+        let plan = plan();
+        let first = plan.first_maps();
+        for slot in 0..plan.n_slots {
+            let of_slot: Vec<bool> = (plan.views.iter().zip(&first))
+                .filter(|(view, _)| view.shadow_index == slot)
+                .map(|(_, is_first)| *is_first)
+                .collect();
+            assert!(of_slot.len() > 2, "{slot}");
+            let is_sun = !plan.maps_along_segments(slot).is_empty();
+            for (ix, is_first) in of_slot.into_iter().enumerate() {
+                assert_eq!(is_first, is_sun || ix % 2 == 0, "{slot} {ix}");
+            }
+        }
+    }
+
+    /// A light's weights are the sum over maps of G / q: an estimate of its solid angle, by few maps as by many.
+    #[test]
+    fn maps_that_are_drawn_stand_for_all() {
+        let plan = plan();
+        let forward = [0.0, 0.0, -1.0];
+        let first = plan.first_maps();
+        assert_eq!(plan.mixture_of(forward, |_| true), plan.mixture(forward));
+        let (all, some) = (
+            plan.mixture(forward),
+            plan.mixture_of(forward, |map| first[map]),
+        );
+        let n = all.towards.len();
+        for (slot, (all, some)) in (all.weights.chunks(n))
+            .zip(some.weights.chunks(n))
+            .enumerate()
+        {
+            for (map, is_first) in first.iter().enumerate() {
+                assert!(*is_first || some[map] == 0.0, "{slot} {map}");
+            }
+            let [of_all, of_some] = [all, some].map(|weights| weights.iter().sum::<f32>());
+            assert!(
+                (of_some / of_all - 1.0).abs() < 0.2,
+                "{slot}: {of_some} {of_all}"
+            );
+        }
+    }
 
     #[test]
     fn narrow_lights_have_fine_maps_on_thin_hair_alone() {

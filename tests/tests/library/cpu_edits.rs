@@ -279,8 +279,8 @@ fn edits_run_only_the_stages_that_they_touch() {
     let expected = [
         "voxelise",
         "list",
-        "shadow maps",
         "through maps",
+        "shadow maps",
         "transmittance",
         "tables",
         "shade",
@@ -300,7 +300,7 @@ fn edits_run_only_the_stages_that_they_touch() {
         ),
         (
             json!({"camera.position": [1, -2, 12]}),
-            &["list", "shadow maps", "through maps", "shade"],
+            &["list", "through maps", "shadow maps", "shade"],
         ),
         // The second view's shadow maps serve all views.
         (

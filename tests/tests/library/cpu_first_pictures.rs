@@ -107,6 +107,58 @@ fn first_pictures_are_close(proxies: Vec<ProxySection>, least: f64) {
     );
 }
 
+/// After lights were turned the first picture in the shadows of shadow maps comes before all of these are drawn, and is close to the
+/// last one: nearly all points have single scattering of their own, in the shadows of one in two maps and of all of a sun's.
+#[test]
+fn turned_lights_have_shadows_before_all_maps_are_drawn() {
+    // With many threads all maps are drawn in one step.
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    one.expect("a thread").install(turn_lights);
+}
+
+fn turn_lights() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let lights = |turn: f32| -> Vec<SrbfLight> {
+        let light = |azimuth: f32, lambda: f32, rgb: f32| SrbfLight {
+            direction: [
+                0.8 * (azimuth + turn).cos(),
+                0.6,
+                0.8 * (azimuth + turn).sin(),
+            ],
+            lambda,
+            rgb: [rgb, 0.9 * rgb, 0.8 * rgb],
+        };
+        vec![
+            light(0.6, 0.02, 300.0),
+            light(1.8, 0.6, 1.0),
+            light(4.0, 0.9, 0.4),
+        ]
+    };
+    let at = write_dense_hair(folder.path(), lights(0.0));
+    let mut scene = Scene::read(&at).expect("a scene");
+    scene.proxies = vec![ProxySection::ellipsoid([0.0, 0.0, -2.0], [2.0, 1.0, 1.0])];
+    let scene = PreparedScene::load(&scene).expect("hair");
+    let first_maps = scene.shadow_plan().first_maps();
+    assert!(first_maps.iter().filter(|is_first| !**is_first).count() > 2);
+    let mut live = InteractiveRenderer::new(scene);
+    while !live.advance(Duration::ZERO).expect("a step").is_done {}
+    live.set_lights(lights(0.7)).expect("lights");
+    let version = live.display().version;
+    while live.display().version == version {
+        live.advance(Duration::ZERO).expect("a step");
+    }
+    let draft = live.display().pixels.to_vec();
+    while !live.advance(Duration::ZERO).expect("a step").is_shaded {}
+    let shadowed = live.display().pixels.to_vec();
+    assert_eq!(live.report().stats.texels_visited, 0, "all maps are drawn");
+    while !live.advance(Duration::ZERO).expect("a step").is_done {}
+    assert!(live.report().stats.texels_visited > 0);
+    let last = live.display().pixels.to_vec();
+    let [of_draft, of_shadowed] = [&draft, &shadowed].map(|picture| distance(picture, &last));
+    println!("{of_draft:.4}, {of_shadowed:.4}");
+    assert!(of_shadowed < 0.05 && of_draft > 5.0 * of_shadowed);
+}
+
 /// Another view is shown at once, as what was shown is seen from there; then as its own points, in the light of the view before
 /// where both show them.
 #[test]

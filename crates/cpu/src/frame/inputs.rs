@@ -72,6 +72,7 @@ pub(super) fn maps_of<'a>(
         plan: &lights.plan,
         of_lights,
         through,
+        are_drawn: None,
     })
 }
 

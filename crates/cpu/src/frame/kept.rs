@@ -10,6 +10,7 @@ use strandlight_scene::scene::LightRecord;
 use strandlight_scene::strands::Strands;
 
 use super::super::along_segments::{Along, add_along, shares_along};
+use super::super::halves::whole;
 use super::super::radiance::Radiance;
 use super::super::unblocked::{Unblocked, VisiblePoint};
 
@@ -47,17 +48,6 @@ pub(in super::super) fn narrow_columns(lights: &[u32], all: &[LightRecord]) -> V
         .filter(|(_, light)| all[**light as usize].is_narrow())
         .map(|(column, _)| column)
         .collect()
-}
-
-/// The upper half of a float, rounded.
-#[inline(always)]
-pub(in super::super) fn half(value: f32) -> u16 {
-    ((value.to_bits() + 0x8000) >> 16) as u16
-}
-
-#[inline(always)]
-fn whole(half: u16) -> f32 {
-    f32::from_bits(u32::from(half) << 16)
 }
 
 impl Kept {
@@ -220,19 +210,8 @@ impl Kept {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::halves::half;
     use super::*;
-
-    #[test]
-    fn halves_are_right_to_their_eight_bits() {
-        for ix in 0..10_000 {
-            let value = 1e-6 * 1.003_f32.powi(ix);
-            if value < 1e30 {
-                let error = (whole(half(value)) / value - 1.0).abs();
-                assert!(error <= 1.0 / 256.0, "{value}: {error}");
-            }
-        }
-        assert_eq!(whole(half(0.0)), 0.0);
-    }
 
     fn light(rgb: [f32; 3]) -> LightRecord {
         LightRecord {

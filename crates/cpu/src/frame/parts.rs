@@ -14,7 +14,7 @@ use strandlight_scene::shadow_maps::ShadowPlan;
 
 use super::super::proxies::Proxies;
 use super::super::proxy_light::Surfaces;
-use super::super::radiance::Radiance;
+use super::super::radiance::{Between, Radiance};
 use super::super::shade::Counts;
 use super::super::transmittance::LightSweep;
 
@@ -34,6 +34,8 @@ pub(super) enum Quality {
     Carried,
     /// Shadows are those of the volume, or the light through to the eye is that of the view before.
     Draft,
+    /// Single scattering is in the shadows of maps, all or some of each light; multiple scattering is that of the draft.
+    Shadowed,
     /// Some points are shaded, the others are interpolated.
     Most,
     /// It is what was kept of lights of other colours.
@@ -49,6 +51,13 @@ pub(super) struct Lights {
     pub is_lit: Vec<bool>,
     /// Those that are not black, narrow ones first.
     pub lit: Vec<u32>,
+}
+
+impl Lights {
+    /// Is there one whose shadows are found along segments?
+    pub fn has_narrow(&self) -> bool {
+        self.records.iter().any(LightRecord::is_narrow)
+    }
 }
 
 /// What the hair lets through, by the shadow volume.
@@ -121,6 +130,16 @@ pub(super) struct Shading {
     pub counts: Counts,
     /// Of drafts.
     pub peaks: Option<Peaks>,
+}
+
+/// A picture in shadows that is being made of a draft.
+pub(super) struct Shadowing {
+    /// By place: which points of the draft it lies between.
+    pub between: Vec<Between>,
+    pub radiance: Radiance,
+    pub peaks: Peaks,
+    /// Of `VisiblePoints::order`, as many as are found.
+    pub n_done: usize,
 }
 
 /// Radiance with some paint.

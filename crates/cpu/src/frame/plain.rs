@@ -1,17 +1,23 @@
 //! Visible points with the scene's fibre, which tables of multiple scattering serve: eight lights at a time, and what
 //! arrives at them is kept for edits.
 
+use strandlight_scattering::closed_form::WidthProfile;
 use strandlight_scattering::multiple_tables::MultipleTables;
+use strandlight_scene::PreparedScene;
+use strandlight_scene::camera::ViewUniform;
+use strandlight_scene::scene::LightRecord;
 
 use super::super::arriving::Arriving;
+use super::super::draft_multiple::DraftMultiple;
 use super::super::proxies::Proxies;
 use super::super::radiance::{Radiance, RadianceBefore};
 use super::super::shade::Counts;
-use super::super::shade_wide::WideShader;
+use super::super::shade_wide::{WideShader, Written};
+use super::super::through_shares::Maps;
 use super::super::visible::VisiblePoints;
 use super::inputs::{Inputs, is_plain};
 use super::kept::Kept;
-use super::parts::{Bounced, FindingBounced, Quality, Shading};
+use super::parts::{Bounced, FindingBounced, Quality, Shading, Shadowing};
 
 /// Points that shares of shadow maps are taken at, at a time: some 10 ms on two cores.
 const SHARES_AT_ONCE: usize = 1 << 13;
@@ -23,6 +29,10 @@ pub(super) struct PlainPoints {
     pub arriving: Option<Arriving>,
     /// That of the view before, and its visible points.
     pub arriving_before: Option<(Arriving, Vec<u32>)>,
+    /// Of the points of a draft.
+    pub draft_multiple: Option<DraftMultiple>,
+    /// The picture by these, while it is being made.
+    pub shadowing: Option<Shadowing>,
     /// Points at which `arriving` has the shares of the shadow maps.
     pub n_shares: usize,
     /// Of the last complete picture.
@@ -49,6 +59,11 @@ impl PlainPoints {
         }
         self.plan_kept(inputs, shading);
         let (scene, records) = (inputs.picturing.scene, &inputs.lights.records[..]);
+        // Painted points have no numbers.
+        let is_draft = shading.quality == Quality::Draft
+            && inputs.maps.is_none()
+            && shading.groups.len() == 1
+            && scene.paint().is_none();
         let arriving = self.arriving.as_ref()?;
         let maps = (inputs.maps.filter(|_| shading.has_narrow())).map(|maps| maps.of_lights);
         let seen = (&inputs.picturing.view, inputs.profile);
@@ -71,11 +86,41 @@ impl PlainPoints {
         if self.finding_bounced.is_none() {
             self.bounced_before = None;
         }
-        let shaded = shader.shade(places, &inputs.visible.points, self.kept.is_some());
-        if let Some(kept) = &mut self.kept {
-            kept.take(records, places, &shaded.kept);
+        if is_draft && shading.n_done == 0 {
+            let n = (shading.n_first, inputs.visible.points.len());
+            self.draft_multiple = DraftMultiple::new(&arriving.lights, records, n);
+        }
+        let written = match (&self.draft_multiple, &self.kept) {
+            (Some(draft), _) if is_draft => Written::Draft(&draft.columns),
+            (_, Some(_)) => Written::Kept,
+            _ => Written::Nothing,
+        };
+        let shaded = shader.shade(places, &inputs.visible.points, written);
+        match (&mut self.draft_multiple, &mut self.kept) {
+            (Some(draft), _) if is_draft => {
+                draft.take(places, &shaded.numbers, &shaded.rest);
+            }
+            (_, Some(kept)) => kept.take(records, places, &shaded.numbers),
+            _ => {}
         }
         Some((shaded.radiance, shaded.counts))
+    }
+
+    /// Radiance of some of the `visible` points in the shadows of maps, without [bounce light](PlainPoints::bounced_at), by what a draft
+    /// wrote down.
+    pub fn shadowed(
+        &self,
+        (scene, seen): (&PreparedScene, (&ViewUniform, Option<&WidthProfile>)),
+        tables: &MultipleTables,
+        (records, maps): (&[LightRecord], Maps),
+        points: (&[u32], &[u32]),
+        Shadowing { between, peaks, .. }: &Shadowing,
+    ) -> Option<Radiance> {
+        let (arriving, draft) = (self.arriving.as_ref()?, self.draft_multiple.as_ref()?);
+        let of_lights = (arriving, records);
+        let of_narrow = Some(maps.of_lights);
+        let shader = WideShader::new(scene, seen, tables, of_lights, of_narrow, Some(*peaks));
+        Some(shader.shade_shadowed(maps, draft, points, between))
     }
 
     /// Light of the proxies at some places, one after the other, interpolated from those at which it is found.
@@ -102,6 +147,11 @@ impl PlainPoints {
             self.bounced_before = Some(RadianceBefore::new(bounced.light));
         }
         self.finding_bounced = None;
+    }
+
+    /// What the points of a draft came to is that of another scene or view, or there is a better picture.
+    pub fn forget_draft(&mut self) {
+        (self.draft_multiple, self.shadowing) = (None, None);
     }
 
     /// Nothing is known of the light of the proxies.

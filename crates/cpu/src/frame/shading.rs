@@ -4,15 +4,19 @@ use strandlight_scattering::multiple_tables::MultipleTables;
 use strandlight_scattering::wide::Peaks;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::progress::timed;
-use strandlight_scene::scene::LightRecord;
 
 use super::super::arriving::Arriving;
+use super::super::draft_multiple::DraftMultiple;
 use super::super::proxies::Proxies;
 use super::super::radiance::Radiance;
 use super::super::shade::Counts;
+use super::super::through_shares::Maps;
 use super::inputs::{Inputs, is_plain, maps_of, tables_for};
-use super::parts::{Bounced, Picturing, Quality, Shaded, Shading};
+use super::parts::{Bounced, Picturing, Quality, Shaded, Shading, Shadowing};
 use super::state::Frame;
+
+/// Points that are found in shadows at a time, some milliseconds on two cores.
+const SHADOWED_AT_ONCE: usize = 1 << 12;
 
 impl Frame {
     pub(super) fn shade(&mut self, picturing: &Picturing) {
@@ -31,6 +35,10 @@ impl Frame {
             || self.volume.is_none()
             || self.records.is_none()
         {
+            return;
+        }
+        if self.to_be_shadowed(picturing) {
+            self.shadow_some(picturing);
             return;
         }
         let quality = match self.unblocked.is_some() && self.through.is_some() {
@@ -53,6 +61,73 @@ impl Frame {
             self.begin_shading(picturing, quality);
         }
         self.shade_slice(picturing);
+    }
+
+    /// Is there a draft that shadow maps can be cast on?
+    pub(super) fn to_be_shadowed(&self, picturing: &Picturing) -> bool {
+        let draft = self.plain.draft_multiple.as_ref();
+        picturing.has_drafts
+            && self.quality() == Some(Quality::Draft)
+            && draft.is_some_and(DraftMultiple::is_whole)
+            && self.first_maps().is_some()
+    }
+
+    /// The shadow maps that do for a first picture, once there are these.
+    fn first_maps(&self) -> Option<Maps<'_>> {
+        let lights = self.lights.as_ref()?;
+        let through = self.through.as_ref();
+        if let Some(unblocked) = &self.unblocked {
+            return maps_of(lights, Some(unblocked), through);
+        }
+        let (found, are_drawn) = self.casting.as_ref()?.first()?;
+        let maps = maps_of(lights, Some(found), through)?;
+        Some(Maps {
+            are_drawn: Some(are_drawn),
+            ..maps
+        })
+    }
+
+    /// Finds some more of the picture in their shadows.
+    fn shadow_some(&mut self, picturing: &Picturing) {
+        let under_way = self.plain.shadowing.take();
+        let (Some(maps), Some((list, visible)), Some(lights), Some(tables)) = (
+            self.first_maps(),
+            &self.list,
+            &self.lights,
+            self.tables_of(picturing.scene),
+        ) else {
+            return;
+        };
+        let n_first = visible.n_first;
+        let mut shadowing = under_way.unwrap_or_else(|| Shadowing {
+            between: visible.between(&visible.order[..visible.n_thinned]),
+            radiance: Radiance::black(visible.points.len(), lights.has_narrow()),
+            peaks: peaks(picturing.scene),
+            n_done: 0,
+        });
+        let end = (shadowing.n_done + SHADOWED_AT_ONCE).min(n_first);
+        let places = &visible.order[shadowing.n_done..end];
+        let profile = self.profile.as_ref().filter(|_| list.has_wide);
+        let seen = (picturing.scene, (&picturing.view, profile));
+        let of_lights = (&lights.records[..], maps);
+        let points = (places, &visible.points[..]);
+        let Some(found) = self
+            .plain
+            .shadowed(seen, tables, of_lights, points, &shadowing)
+        else {
+            return;
+        };
+        shadowing.radiance.add(places, &found);
+        shadowing.n_done = end;
+        if end < n_first {
+            self.plain.shadowing = Some(shadowing);
+            return;
+        }
+        let done = &visible.order[..n_first];
+        let radiance = self.with_bounce(picturing.scene, shadowing.radiance, done);
+        let radiance = self.filled(radiance, n_first);
+        self.plain.forget_draft();
+        self.show(picturing, Quality::Shadowed, radiance);
     }
 
     /// The tables, if there are points that they serve.
@@ -94,7 +169,7 @@ impl Frame {
         let n_places = visible.points.len();
         let through = self.through.as_ref().or(self.through_before.as_ref());
         let has_maps = maps_of(lights, self.unblocked.as_ref(), through).is_some();
-        let has_narrow = has_maps && lights.records.iter().any(LightRecord::is_narrow);
+        let has_narrow = has_maps && lights.has_narrow();
         let radiance = Radiance::black(n_places, has_narrow);
         let has_before = (self.before.as_ref()).is_some_and(|before| before.is_like(&radiance));
         let mut shading = Shading {
@@ -114,10 +189,7 @@ impl Frame {
             n_done: 0,
             radiance,
             counts: Counts::default(),
-            peaks: (quality == Quality::Draft).then(|| {
-                let optics = scene.hair.optics();
-                Peaks::of(&optics.shading(scene.tables.view()))
-            }),
+            peaks: (quality == Quality::Draft).then(|| peaks(scene)),
         };
         if let Some(before) = self.before_paint.take() {
             shading.only_repainted(before, scene.paint(), &visible.points);
@@ -232,6 +304,7 @@ impl Frame {
             self.stats.set_terms(&shading.counts.terms);
             if is_whole {
                 self.before = None;
+                self.plain.forget_draft();
             }
             if let (Some(kept), Some(lights), true) = (&mut self.plain.kept, &self.lights, is_whole)
             {
@@ -262,6 +335,12 @@ impl Frame {
         });
         self.version += 1;
     }
+}
+
+/// Of the scene's fibre.
+fn peaks(scene: &PreparedScene) -> Peaks {
+    let optics = scene.hair.optics();
+    Peaks::of(&optics.shading(scene.tables.view()))
 }
 
 /// Bounce light of the proxies as they are `lit` now: about, since they may be lit from elsewhere.

@@ -130,7 +130,7 @@ impl Frame {
                 };
                 let is_everywhere = is_wanted && can_be_everywhere(plan, strands.points.len());
                 let visible = (!is_everywhere).then_some(&visible.points[..]);
-                (plan.views.clone(), visible)
+                ((plan.views.clone(), plan.first_maps()), visible)
             })
         });
         let mut bytes = 0;
@@ -158,6 +158,7 @@ impl Frame {
             let of = (&*picturing.scene.strands, &picturing.beside);
             step_maps(&mut casting, &mut self.strip_order, of, || {
                 let views = lights.plan.through(picturing.view.forward);
+                let views = (views.clone(), vec![true; views.len()]);
                 // At all points they serve the drafts of other views, after this one's picture.
                 (views, (!is_extended).then_some(&visible.points[..]))
             })
@@ -370,13 +371,13 @@ fn step_maps<'a>(
     casting: &mut Option<Casting>,
     order: &mut Option<Arc<StripOrder>>,
     (strands, beside): (&Strands, &Beside),
-    wanted: impl FnOnce() -> (Vec<ShadowView>, Option<&'a [u32]>),
+    wanted: impl FnOnce() -> ((Vec<ShadowView>, Vec<bool>), Option<&'a [u32]>),
 ) -> bool {
     if let Some(casting) = casting {
         return casting.step(beside);
     }
     let (views, visible) = wanted();
-    if order.is_none() && !views.is_empty() {
+    if order.is_none() && !views.0.is_empty() {
         *order = Some(Arc::new(StripOrder::new(strands)));
         return false;
     }

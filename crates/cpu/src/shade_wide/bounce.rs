@@ -10,7 +10,7 @@ use strandlight_scattering::wide::{
 use strandlight_scene::bounce::N_LOBES;
 
 use super::super::bounce::BounceLight;
-use super::{CHUNK, EightLights, WideShader};
+use super::{CHUNK, EightLights, Multiple, WideShader};
 
 /// What a thread shades bounce light in.
 #[derive(Default)]
@@ -91,9 +91,9 @@ impl WideShader<'_> {
             let [a, b, c] = depths_of_shares(shares);
             let sines: [f32; LANES] = std::array::from_fn(|lane| of_lobe(lane).sin_theta);
             let records = [a.into(), b.into(), c.into(), sines];
-            let found = self.multiple(simd, &eight, &shares[0].into(), &records, &place);
-            for (channel, (sum, found)) in sum.iter_mut().zip(found).enumerate() {
-                let found: [f32; LANES] = found.into();
+            let Multiple { direct, forward } = self.multiple(simd, &eight, &records, &place);
+            for (channel, sum) in sum.iter_mut().enumerate() {
+                let found: [f32; LANES] = (direct[channel] * shares[0] + forward[channel]).into();
                 let lanes = eight.rgb[channel].iter().zip(found);
                 for (rgb, found) in lanes.take(N_LOBES) {
                     *sum += rgb * found;

@@ -1,0 +1,139 @@
+//! A first picture in the shadows of shadow maps: single scattering by their shares, and multiple scattering of the draft.
+
+use rayon::prelude::*;
+use strandlight_scattering::wide::{LANES, Level, dispatch};
+use strandlight_scene::shadow_maps::N_PLACES;
+
+use super::super::draft_multiple::{DraftMultiple, LightColumns};
+use super::super::halves::half;
+use super::super::radiance::{Between, Radiance};
+use super::super::shade::Counts;
+use super::super::through_shares::{self, Maps, ThroughShares};
+use super::super::unblocked::VisiblePoint;
+use super::{CHUNK, Scratch, WideShader, Written};
+
+/// What of a draft does not change with the maps of its lights, of a point.
+#[derive(Default)]
+pub(super) struct OfDraft {
+    /// Single scattering of lights with maps.
+    pub single: [f32; 3],
+    /// Local scattering of light that comes straight, unblocked, for an amplitude of 1, by channel and light, whole vectors.
+    pub direct: [Vec<[f32; LANES]>; 3],
+}
+
+impl OfDraft {
+    /// Nothing, of so many vectors of lights.
+    #[inline(always)]
+    pub fn clear(&mut self, n: usize) {
+        self.single = [0.0; 3];
+        for row in &mut self.direct {
+            row.clear();
+            row.resize(n, [0.0; LANES]);
+        }
+    }
+}
+
+impl WideShader<'_> {
+    /// Writes the numbers of a point of a draft that came to `sum`; answers its rest.
+    #[inline(always)]
+    pub(super) fn write_draft(
+        &self,
+        columns: &LightColumns,
+        scratch: &Scratch,
+        sum: &[f32; 4],
+        numbers: &mut [u16],
+    ) -> [f32; 3] {
+        let scale = self.view.radiance_scale;
+        let OfDraft { single, direct } = &scratch.of_draft;
+        let unblocked = scratch.unblocked.as_flattened();
+        let n_row = numbers.len() / 3;
+        let mut rest = [0.0; 3];
+        for (channel, numbers) in numbers.chunks_exact_mut(n_row.max(1)).enumerate() {
+            rest[channel] = sum[channel] - single[channel];
+            let direct = direct[channel].as_flattened();
+            for (column, rgb) in self.colors.iter().enumerate() {
+                if columns.has_maps(column) {
+                    let direct = rgb[channel] * direct[column];
+                    rest[channel] -= unblocked[column] * direct;
+                    numbers[column] = half(scale * direct);
+                }
+            }
+        }
+        rest.map(|value| scale * value)
+    }
+
+    /// Radiance of some visible points in the shadows of `maps`; each lies `between` points of the `draft`.
+    pub fn shade_shadowed(
+        &self,
+        maps: Maps,
+        draft: &DraftMultiple,
+        (places, visible): (&[u32], &[u32]),
+        between: &[Between],
+    ) -> Radiance {
+        let through = ThroughShares::new(&self.scene.strands, self.view.eye, maps);
+        let drawn = maps.drawn_of_slots();
+        let mut radiance = Radiance::black(places.len(), !self.narrow.is_empty());
+        let mut along = radiance.along.chunks_mut(CHUNK);
+        let chunks = radiance.at.chunks_mut(CHUNK);
+        let chunks: Vec<_> = chunks
+            .map(|at| (at, along.next().unwrap_or_default()))
+            .collect();
+        let of_chunk =
+            |(scratch, shares): &mut (Scratch, through_shares::Scratch),
+             ((radiance, along), places): ((&mut [[f32; 4]], &mut [_]), &[u32])| {
+                let mut counts = Counts::default();
+                dispatch!(Level::new(), simd => {
+                    for (ix, (radiance, &place)) in radiance.iter_mut().zip(places).enumerate() {
+                        let at = VisiblePoint {
+                            place: place as usize,
+                            point: visible[place as usize] as usize,
+                        };
+                        through.find(simd, at, shares);
+                        self.take_shares(&draft.columns, (maps, &drawn), (at, &shares.shares), scratch);
+                        self.narrow(simd, at, scratch);
+                        let place = self.place(at.point);
+                        let single = self.single(simd, at, &place, Written::Nothing, scratch, &mut counts);
+                        *radiance = single.map(|value| value * self.view.radiance_scale);
+                        let multiple = draft.at(&between[at.place], &scratch.unblocked);
+                        for (sum, value) in radiance.iter_mut().zip(multiple) {
+                            *sum += value;
+                        }
+                        if let Some(along) = along.get_mut(ix) {
+                            self.add_narrow(scratch, along);
+                        }
+                    }
+                });
+            };
+        chunks
+            .into_par_iter()
+            .zip(places.par_chunks(CHUNK))
+            .for_each_init(Default::default, of_chunk);
+        radiance
+    }
+
+    /// Unblocked shares of all lights at a point, by those of its slots for TT; none of lights without maps, whose light is in the rest.
+    #[inline(always)]
+    fn take_shares(
+        &self,
+        columns: &LightColumns,
+        (maps, drawn): (Maps, &[Vec<u32>]),
+        (at, of_tt): (VisiblePoint, &[f32]),
+        scratch: &mut Scratch,
+    ) {
+        for shares in [&mut scratch.unblocked, &mut scratch.unblocked_tt] {
+            shares.clear();
+            shares.resize(self.lights.len(), [0.0; LANES]);
+        }
+        let unblocked = scratch.unblocked.as_flattened_mut();
+        let unblocked_tt = scratch.unblocked_tt.as_flattened_mut();
+        for (column, &slot) in columns.slots.iter().enumerate() {
+            if columns.has_maps(column) {
+                let drawn = &drawn[slot as usize];
+                let answers = drawn.iter().map(|map| maps.of_lights.answer(*map, at));
+                let n_lit: u32 = answers.map(u8::count_ones).sum();
+                unblocked[column] = n_lit as f32 / (N_PLACES as usize * drawn.len()) as f32;
+                unblocked_tt[column] = of_tt[slot as usize];
+            }
+        }
+    }
+}
