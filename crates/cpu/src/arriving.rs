@@ -26,6 +26,9 @@ const CHUNK: usize = 64;
 /// Places among which the shadow volume is looked up, at a time: some milliseconds if it is at all of them.
 const PLACES_AT_ONCE: usize = 256 * CHUNK;
 
+/// Places at which shares of shadow maps are taken at a time: some 3 ms on two cores.
+const SHARES_AT_ONCE: usize = 1 << 13;
+
 /// Numbers of a light at a point.
 const N_NUMBERS: usize = 6;
 
@@ -46,6 +49,11 @@ pub(super) struct Arriving {
     finding: Option<Finding>,
     /// Are there shares of shadow maps, at some places at least?
     pub has_shares: bool,
+    /// By place: are there those of the maps as they are?
+    has_share: Vec<bool>,
+    n_with_shares: usize,
+    /// Places at which they are being taken, growing, and at how many of these they are.
+    taking: Option<(Vec<u32>, usize)>,
     /// `[place][number][column]`, whole vectors of columns, unorm16: the unblocked share of all modes but TT; that
     /// of TT; three depths, see [`ShadowRecords`](strandlight_scattering::wide::ShadowRecords), over [`MOST_DEPTH`]; the sine of
     /// the inclination of the hair that the light passes.
@@ -156,6 +164,9 @@ impl Arriving {
             n_found: 0,
             finding: None,
             has_shares: false,
+            has_share: vec![false; n_places],
+            n_with_shares: 0,
+            taking: None,
             numbers: vec![0; N_NUMBERS * lights.len().next_multiple_of(LANES) * n_places],
         }
     }
@@ -207,18 +218,13 @@ impl Arriving {
         if self.n_found == visible.len() {
             return true;
         }
-        let is_missing = |place: &u32| !self.is_found[*place as usize];
         let mut finding = match self.finding.take() {
             Some(finding) => finding,
             None => {
-                let mut places: Vec<u32> = match some {
-                    Some(some) => some.iter().copied().filter(is_missing).collect(),
-                    None => (0..visible.len() as u32).filter(is_missing).collect(),
-                };
+                let places = missing(&self.is_found, some);
                 if places.is_empty() {
                     return true;
                 }
-                places.sort_unstable();
                 Finding {
                     places,
                     n_filled: 0,
@@ -273,10 +279,9 @@ impl Arriving {
             .enumerate()
             .for_each(|(chunk, numbers)| {
                 let start = range.start + CHUNK * chunk;
-                let [from, to] = [start, start + CHUNK]
-                    .map(|end| places.partition_point(|place| (*place as usize) < end));
+                let places = of_chunk(places, start);
                 dispatch!(level, simd => {
-                    for &place in &places[from..to] {
+                    for &place in places {
                         let place = place as usize;
                         let found = records_at(grid, lights, position(visible[place]));
                         let rows = pack_row(simd, &found);
@@ -295,19 +300,21 @@ impl Arriving {
         finding.n_filled == n
     }
 
-    /// Takes the unblocked shares that shadow maps found at `places`, which begin with a whole [`CHUNK`], of the lights of
-    /// `all` that have some.
+    /// The shares are those of other maps, or of another eye.
+    pub fn forget_shares(&mut self) {
+        self.has_share.fill(false);
+        (self.n_with_shares, self.taking) = (0, None);
+    }
+
+    /// Goes on taking the unblocked shares that shadow maps found, at all places or at `some`, of the lights of `all` that have some;
+    /// answers whether all of them are there.
     pub fn take_shares(
         &mut self,
         scene: &PreparedScene,
         eye: [f32; 3],
         (all, maps): (&[LightRecord], Maps),
-        visible: &[u32],
-        places: Range<usize>,
-    ) {
-        let n_row = self.row();
-        let per_point = N_NUMBERS * n_row;
-        let first = places.start;
+        (visible, some): (&[u32], Option<&[u32]>),
+    ) -> bool {
         let columns: Vec<(usize, u32)> = self
             .lights
             .iter()
@@ -315,26 +322,63 @@ impl Arriving {
             .map(|(column, &light)| (column, all[light as usize].shadow_index))
             .filter(|(_, slot)| *slot != NO_SLOT)
             .collect();
-        if columns.is_empty() {
-            return;
+        if columns.is_empty() || self.n_with_shares == visible.len() {
+            return true;
+        }
+        let (places, n_done) = match self.taking.take() {
+            Some(taking) => taking,
+            None => (missing(&self.has_share, some), 0),
+        };
+        if places.is_empty() {
+            return true;
         }
         self.has_shares = true;
+        let end = (n_done + SHARES_AT_ONCE).min(places.len());
+        self.take_shares_at(&places[n_done..end], &columns, scene, eye, maps, visible);
+        self.n_with_shares += end - n_done;
+        if end < places.len() {
+            self.taking = Some((places, end));
+        }
+        false
+    }
+
+    /// Takes them at some places, growing.
+    fn take_shares_at(
+        &mut self,
+        places: &[u32],
+        columns: &[(usize, u32)],
+        scene: &PreparedScene,
+        eye: [f32; 3],
+        maps: Maps,
+        visible: &[u32],
+    ) {
+        let (Some(&first), Some(&last)) = (places.first(), places.last()) else {
+            return;
+        };
+        let range = first as usize..last as usize + 1;
+        let n_row = self.row();
+        let per_point = N_NUMBERS * n_row;
         let pack = |share: f32| (share * ONE + 0.5) as i32 as u16;
         let through = ThroughShares::new(&scene.strands, eye, maps);
-        self.numbers[per_point * places.start..per_point * places.end]
+        for place in places {
+            self.has_share[*place as usize] = true;
+        }
+        self.numbers[per_point * range.start..per_point * range.end]
             .par_chunks_mut(per_point * CHUNK)
-            .zip(visible[places].par_chunks(CHUNK))
             .enumerate()
-            .for_each_init(Scratch::default, |scratch, (chunk, (numbers, points))| {
-                let places = numbers.chunks_exact_mut(per_point).zip(points);
+            .for_each_init(Scratch::default, |scratch, (chunk, numbers)| {
+                let start = range.start + CHUNK * chunk;
+                let places = of_chunk(places, start);
                 dispatch!(Level::new(), simd => {
-                    for (ix, (numbers, &point)) in places.enumerate() {
+                    for &place in places {
+                        let place = place as usize;
                         let at = VisiblePoint {
-                            place: first + CHUNK * chunk + ix,
-                            point: point as usize,
+                            place,
+                            point: visible[place] as usize,
                         };
                         through.find(simd, at, scratch);
-                        for &(column, slot) in &columns {
+                        let numbers = &mut numbers[per_point * (place - start)..][..per_point];
+                        for &(column, slot) in columns {
                             numbers[column] = pack(maps.of_lights.share(slot, at));
                             numbers[n_row + column] = pack(scratch.shares[slot as usize]);
                         }
@@ -352,6 +396,24 @@ impl Arriving {
             n,
         }
     }
+}
+
+/// Places at which something is not found, of all or of `some`; growing.
+fn missing(is_found: &[bool], some: Option<&[u32]>) -> Vec<u32> {
+    let is_missing = |place: &u32| !is_found[*place as usize];
+    let mut places: Vec<u32> = match some {
+        Some(some) => some.iter().copied().filter(is_missing).collect(),
+        None => (0..is_found.len() as u32).filter(is_missing).collect(),
+    };
+    places.sort_unstable();
+    places
+}
+
+/// Those of growing places that lie in the chunk that starts at one.
+fn of_chunk(places: &[u32], start: usize) -> &[u32] {
+    let [from, to] =
+        [start, start + CHUNK].map(|end| places.partition_point(|place| (*place as usize) < end));
+    &places[from..to]
 }
 
 /// `[light][voxel]` of these lights.
@@ -452,6 +514,17 @@ mod tests {
         assert_eq!(other.numbers[144..192], arriving.numbers[96..]);
         assert!(other.n_found == 2 && other.numbers.len() == 240);
         assert_eq!(other.numbers[96..144], [0; 48]);
+    }
+
+    #[test]
+    fn places_are_looked_for_where_they_are_wanted() {
+        let is_found = [false, true, false, false];
+        assert_eq!(missing(&is_found, None), [0, 2, 3]);
+        assert_eq!(missing(&is_found, Some(&[3, 1, 2])), [2, 3]);
+        let first = CHUNK as u32;
+        let places = [first - 1, first, first + 3, 2 * first];
+        assert_eq!(of_chunk(&places, CHUNK), [first, first + 3]);
+        assert!(of_chunk(&places, 3 * CHUNK).is_empty());
     }
 
     #[test]

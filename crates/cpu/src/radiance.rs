@@ -1,6 +1,11 @@
 //! Radiance of the visible points: at them, and along the segments between them.
 
+use rayon::prelude::*;
+
 use super::along_segments::{Along, PLACES};
+
+/// Places that a thread interpolates at a time.
+const PLACES_AT_ONCE: usize = 1 << 12;
 
 /// Radiance of the visible points.
 #[derive(Clone, Debug)]
@@ -38,27 +43,39 @@ impl Radiance {
         }
     }
 
-    /// Gives a place what lies between two others.
-    pub fn mix(&mut self, place: usize, between: &Between) {
-        mix(&mut self.at, place, between);
+    /// Gives `places` what lies between others; where it is known what was there `before`, that, as much brighter or darker as the
+    /// places about it have become: shadows stay where they were. What was not seen then is interpolated.
+    pub fn fill(&mut self, places: &[u32], between: &[Between], before: Option<&RadianceBefore>) {
+        let at = |place: &u32| self.at_between(*place as usize, between, before);
+        let along = |place: &u32| {
+            let place = *place as usize;
+            let of_before =
+                before.map(|before| (before, &before.radiance.along[..], before.least[1]));
+            value_between(&self.along, place, &between[place], of_before)
+        };
+        let some = || places.par_iter().with_min_len(PLACES_AT_ONCE);
+        let at: Vec<[f32; 4]> = some().map(at).collect();
         if !self.along.is_empty() {
-            mix(&mut self.along, place, between);
+            let along: Vec<Along> = some().map(along).collect();
+            for (place, along) in places.iter().zip(along) {
+                self.along[*place as usize] = along;
+            }
+        }
+        for (place, at) in places.iter().zip(at) {
+            self.at[*place as usize] = at;
         }
     }
 
-    /// Gives a place what it was `before`, as much brighter or darker as the places about it have become:
-    /// shadows stay where they were. What was not seen is interpolated.
-    pub fn mix_as(&mut self, place: usize, between: &Between, before: &RadianceBefore) {
-        if !before.has(place, between) {
-            self.mix(place, between);
-            return;
-        }
-        let [at, along] = before.least;
-        let before = &before.radiance;
-        change(&mut self.at, &before.at, (place, between), at);
-        if !self.along.is_empty() {
-            change(&mut self.along, &before.along, (place, between), along);
-        }
+    /// The same at one place.
+    #[inline(always)]
+    pub fn at_between(
+        &self,
+        place: usize,
+        between: &[Between],
+        before: Option<&RadianceBefore>,
+    ) -> [f32; 4] {
+        let before = before.map(|before| (before, &before.radiance.at[..], before.least[0]));
+        value_between(&self.at, place, &between[place], before)
     }
 
     /// Adds to that at a place.
@@ -224,32 +241,48 @@ impl Between {
     }
 }
 
-/// Interpolates a place.
+/// What lies between two others; with what was there before, and the least of it that counts, that as the others have changed.
 #[inline(always)]
-fn mix<T: Numbers>(values: &mut [T], place: usize, Between { ends, t, .. }: &Between) {
-    let ([a, b], t) = (ends.map(|end| values[end]), t.clamp(0.0, 1.0));
-    let ends = a.numbers().iter().zip(b.numbers());
-    for (value, (a, b)) in values[place].numbers_mut().iter_mut().zip(ends) {
-        *value = a + (b - a) * t;
+fn value_between<T: Numbers>(
+    values: &[T],
+    place: usize,
+    between: &Between,
+    before: Option<(&RadianceBefore, &[T], f32)>,
+) -> T {
+    match before {
+        Some((before, was, least)) if before.has(place, between) => {
+            changed(values, was, (place, between), least)
+        }
+        _ => mixed(values, between),
     }
+}
+
+/// Interpolates.
+#[inline(always)]
+fn mixed<T: Numbers>(values: &[T], Between { ends, t, .. }: &Between) -> T {
+    let ([mut a, b], t) = (ends.map(|end| values[end]), t.clamp(0.0, 1.0));
+    for (a, b) in a.numbers_mut().iter_mut().zip(b.numbers()) {
+        *a += (b - *a) * t;
+    }
+    a
 }
 
 /// Multiplies what a place had `before` by the interpolated factor by which those about it changed. Of radiance
 /// up to `least` there is no telling.
 #[inline(always)]
-fn change<T: Numbers>(
-    values: &mut [T],
+fn changed<T: Numbers>(
+    values: &[T],
     before: &[T],
     (place, between): (usize, &Between),
     least: f32,
-) {
+) -> T {
     let weights = between.weights();
     let Between { ends, beyond, .. } = between;
     let about = [beyond[0], ends[0], ends[1], beyond[1]];
     let (was, is) = (about.map(|at| before[at]), about.map(|at| values[at]));
     // What may be negative has no factors.
-    mix(values, place, between);
-    let radiance = values[place].numbers_mut().iter_mut().take(T::N_RADIANCE);
+    let mut found = mixed(values, between);
+    let radiance = found.numbers_mut().iter_mut().take(T::N_RADIANCE);
     for (ix, value) in radiance.enumerate() {
         let factor_of =
             |at: usize| (is[at].numbers()[ix] + least) / (was[at].numbers()[ix] + least);
@@ -264,10 +297,11 @@ fn change<T: Numbers>(
         let factor = factor.clamp(0.5 * a.min(b), 2.0 * a.max(b));
         *value = ((before[place].numbers()[ix] + least) * factor - least).max(0.0);
     }
+    found
 }
 
 /// Numbers of a place.
-pub(super) trait Numbers: Copy {
+pub(super) trait Numbers: Copy + Send + Sync {
     /// How many of them, the first ones, are radiance: none is negative.
     const N_RADIANCE: usize;
     fn numbers(&self) -> &[f32];
@@ -337,7 +371,8 @@ mod tests {
                 now.at[place] = [before.at[place][0] * factor(place); 4];
             }
         }
-        now.mix_as(5, &at(5), &RadianceBefore::new(before));
+        let between: Vec<Between> = (0..10).map(at).collect();
+        now.fill(&[5], &between, Some(&RadianceBefore::new(before)));
         let expected = 25.0 * factor(5);
         assert!(
             (now.at[5][0] / expected - 1.0).abs() < 0.01,

@@ -1,5 +1,6 @@
 //! The points that a picture shows.
 
+use rayon::prelude::*;
 use strandlight_scene::strands::Strands;
 
 use super::list::VisibilityList;
@@ -100,40 +101,30 @@ impl VisiblePoints {
         if n_done == 0 || n_done == self.order.len() {
             return;
         }
-        let between = self.between(&self.order[..n_done]);
-        for &place in &self.order[n_done..] {
-            let place = place as usize;
-            match before {
-                Some(before) => radiance.mix_as(place, &between[place], before),
-                None => radiance.mix(place, &between[place]),
-            }
-        }
+        let (done, others) = self.order.split_at(n_done);
+        radiance.fill(others, &self.between(done), before);
     }
 
-    /// Interpolates bounce light from those places at which it is found, `n_done` of them, to `others`; where it is known
-    /// what it was `before`, by how it has changed.
-    pub fn spread_bounce(
+    /// Bounce light at some `places`, interpolated from those at which it is found, `n_done` of them; where it is known what it was
+    /// `before`, by how it has changed. None where none is found.
+    pub fn bounce_at(
         &self,
-        found: &mut Radiance,
+        found: &Radiance,
         n_done: usize,
-        (others, before): (impl IntoIterator<Item = u32>, Option<&RadianceBefore>),
-    ) {
+        (places, before): (&[u32], Option<&RadianceBefore>),
+    ) -> Vec<[f32; 4]> {
         if n_done == 0 {
-            return;
+            return vec![[0.0; 4]; places.len()];
         }
         let between = self.between(&self.of_bounce[..n_done]);
-        for place in others {
-            let place = place as usize;
-            let between = &between[place];
-            // Where it is found it is what it is.
-            if between.ends == [place; 2] {
-                continue;
+        let at = |place: &u32| {
+            let place = *place as usize;
+            match between[place].ends == [place; 2] {
+                true => found.at[place],
+                false => found.at_between(place, &between, before),
             }
-            match before {
-                Some(before) => found.mix_as(place, between, before),
-                None => found.mix(place, between),
-            }
-        }
+        };
+        places.par_iter().with_min_len(1 << 12).map(at).collect()
     }
 
     /// Radiance of the view before, and along the strands between points that it showed; [`None`] where these are too few.
@@ -145,11 +136,9 @@ impl VisiblePoints {
             return None;
         }
         let between = between(was_seen, &self.is_joined);
-        for (place, between) in between.iter().enumerate() {
-            if !was_seen[place] {
-                radiance.mix(place, between);
-            }
-        }
+        let places = 0..was_seen.len() as u32;
+        let unseen: Vec<u32> = places.filter(|place| !was_seen[*place as usize]).collect();
+        radiance.fill(&unseen, &between, None);
         Some(radiance)
     }
 
@@ -350,16 +339,16 @@ mod tests {
             // Twice of what it was, but for what is taken for noise.
             (2, Some(&before), of_all, 0.04),
         ] {
-            let mut bounced = bounced.clone();
-            visible.spread_bounce(&mut bounced, n_done, (0..11, before));
-            for (found, expected) in bounced.at.iter().zip(expected) {
+            let places: Vec<u32> = (0..11).collect();
+            let found = visible.bounce_at(&bounced, n_done, (&places, before));
+            for (found, expected) in found.iter().zip(expected) {
                 assert!(
                     (found[0] - expected).abs() < tolerance,
                     "{found:?} {expected}"
                 );
             }
         }
-        VisiblePoints::default().spread_bounce(&mut Radiance::black(0, false), 0, (0..0, None));
+        assert_eq!(visible.bounce_at(&bounced, 0, (&[4], None)), [[0.0; 4]]);
     }
 
     #[test]

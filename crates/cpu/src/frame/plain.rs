@@ -19,9 +19,6 @@ use super::inputs::{Inputs, is_plain};
 use super::kept::Kept;
 use super::parts::{Bounced, FindingBounced, Quality, Shading, Shadowing};
 
-/// Points that shares of shadow maps are taken at, at a time: some 10 ms on two cores.
-const SHARES_AT_ONCE: usize = 1 << 13;
-
 /// What is kept of them.
 #[derive(Default)]
 pub(super) struct PlainPoints {
@@ -33,8 +30,6 @@ pub(super) struct PlainPoints {
     pub draft_multiple: Option<DraftMultiple>,
     /// The picture by these, while it is being made.
     pub shadowing: Option<Shadowing>,
-    /// Points at which `arriving` has the shares of the shadow maps.
-    pub n_shares: usize,
     /// Of the last complete picture.
     pub kept: Option<Kept>,
     /// Light of the proxies that the points scatter, and that of proxies in other light, which will take its place.
@@ -125,20 +120,12 @@ impl PlainPoints {
 
     /// Light of the proxies at some places, one after the other, interpolated from those at which it is found.
     pub fn bounced_at(&self, places: &[u32], visible: &VisiblePoints) -> Option<Vec<[f32; 4]>> {
-        let of = |light: &Radiance| {
-            places
-                .iter()
-                .map(|place| light.at[*place as usize])
-                .collect()
-        };
         if let Some(bounced) = self.bounced.as_ref().filter(|bounced| bounced.is_current) {
-            return Some(of(&bounced.light));
+            let of_place = |place: &u32| bounced.light.at[*place as usize];
+            return Some(places.iter().map(of_place).collect());
         }
-        let under_way = self.finding_bounced.as_ref()?;
-        let mut light = under_way.light.clone();
-        let others = (places.iter().copied(), self.bounced_before.as_ref());
-        visible.spread_bounce(&mut light, under_way.n_done, others);
-        Some(of(&light))
+        let FindingBounced { light, n_done } = self.finding_bounced.as_ref()?;
+        Some(visible.bounce_at(light, *n_done, (places, self.bounced_before.as_ref())))
     }
 
     /// The fibre or the terms are others, and shadows are what they were.
@@ -152,6 +139,13 @@ impl PlainPoints {
     /// What the points of a draft came to is that of another scene or view, or there is a better picture.
     pub fn forget_draft(&mut self) {
         (self.draft_multiple, self.shadowing) = (None, None);
+    }
+
+    /// There are other shadow maps.
+    pub fn forget_shares(&mut self) {
+        if let Some(arriving) = &mut self.arriving {
+            arriving.forget_shares();
+        }
     }
 
     /// Nothing is known of the light of the proxies.
@@ -173,27 +167,23 @@ impl PlainPoints {
                 Some((before, points)) => before.of_view(&points, visible),
                 None => Arriving::new(of_group, visible.len()),
             });
-            self.n_shares = 0;
         }
         let Some(arriving) = &mut self.arriving else {
             return false;
         };
         let scene = inputs.picturing.scene;
         let of_lights = (&lights.records[..], inputs.records);
-        // Drafts show no others.
-        let some = (shading.quality == Quality::Draft).then(|| &shading.order[..shading.n_first]);
+        // Drafts and first pictures show no others.
+        let has_few = shading.quality == Quality::Draft
+            || inputs.picturing.has_drafts && !shading.has_first();
+        let some = has_few.then(|| &shading.order[..shading.n_first]);
         if !arriving.find(scene, inputs.grid, of_lights, (visible, some)) {
-            self.n_shares = 0;
             return false;
         }
-        if let Some(maps) = inputs.maps.filter(|_| self.n_shares < visible.len()) {
-            let end = (self.n_shares + SHARES_AT_ONCE).min(visible.len());
-            let eye = inputs.picturing.view.eye;
-            let places = self.n_shares..end;
-            arriving.take_shares(scene, eye, (&lights.records, maps), visible, places);
-            self.n_shares = end;
-        }
-        inputs.maps.is_none() || self.n_shares == visible.len()
+        let eye = inputs.picturing.view.eye;
+        inputs.maps.is_none_or(|maps| {
+            arriving.take_shares(scene, eye, (&lights.records, maps), (visible, some))
+        })
     }
 
     /// Keeps what each light comes to where a complete picture is shaded whose lights may be edited next.
@@ -257,8 +247,8 @@ fn step_bounced(
     if under_way.n_done == visible.of_bounce.len()
         && let Some(FindingBounced { mut light, n_done }) = finding.take()
     {
-        let all = 0..visible.points.len() as u32;
-        visible.spread_bounce(&mut light, n_done, (all, None));
+        let all: Vec<u32> = (0..visible.points.len() as u32).collect();
+        light.at = visible.bounce_at(&light, n_done, (&all, None));
         *bounced = Some(Bounced {
             light,
             sent_back: inputs.proxies.map_or([0.0; 3], Proxies::total),

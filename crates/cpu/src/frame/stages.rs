@@ -141,7 +141,9 @@ impl Frame {
                 self.stats.texels_visited += unblocked.n_texels;
                 self.unblocked = Some(unblocked);
                 // Those at more points are the same at these.
-                self.plain.n_shares = if is_extended { self.plain.n_shares } else { 0 };
+                if !is_extended {
+                    self.plain.forget_shares();
+                }
             }
             unfinished => self.casting = unfinished,
         }
@@ -170,7 +172,9 @@ impl Frame {
                 bytes = maps.bytes();
                 self.stats.texels_visited += maps.n_texels;
                 let forward = picturing.view.forward;
-                self.plain.n_shares = if is_extended { self.plain.n_shares } else { 0 };
+                if !is_extended {
+                    self.plain.forget_shares();
+                }
                 if maps.is_everywhere() {
                     self.through_before = None;
                 }
