@@ -134,12 +134,13 @@ pub(super) struct Shading {
 
 /// A picture in shadows that is being made of a draft.
 pub(super) struct Shadowing {
+    /// Places of the points that get a radiance of their own, and how many have it.
+    pub places: Vec<u32>,
+    pub n_done: usize,
     /// By place: which points of the draft it lies between.
     pub between: Vec<Between>,
     pub radiance: Radiance,
     pub peaks: Peaks,
-    /// Of `VisiblePoints::order`, as many as are found.
-    pub n_done: usize,
 }
 
 /// Radiance with some paint.

@@ -90,44 +90,51 @@ impl Frame {
     /// Finds some more of the picture in their shadows.
     fn shadow_some(&mut self, picturing: &Picturing) {
         let under_way = self.plain.shadowing.take();
-        let (Some(maps), Some((list, visible)), Some(lights), Some(tables)) = (
-            self.first_maps(),
-            &self.list,
-            &self.lights,
-            self.tables_of(picturing.scene),
-        ) else {
-            return;
-        };
-        let n_first = visible.n_first;
+        match self.shadow_next(picturing, under_way) {
+            Some(shadowing) if shadowing.n_done < shadowing.places.len() => {
+                self.plain.shadowing = Some(shadowing);
+            }
+            Some(Shadowing {
+                places, radiance, ..
+            }) => {
+                let radiance = self.with_bounce(picturing.scene, radiance, &places);
+                let radiance = self.filled(radiance, places.len());
+                self.plain.forget_draft();
+                self.show(picturing, Quality::Shadowed, radiance);
+            }
+            // The points are shaded as without a draft.
+            None => self.plain.forget_draft(),
+        }
+    }
+
+    /// The picture under way with some more places, or one that is begun.
+    fn shadow_next(
+        &self,
+        picturing: &Picturing,
+        under_way: Option<Shadowing>,
+    ) -> Option<Shadowing> {
+        let scene = picturing.scene;
+        let ((list, visible), lights) = (self.list.as_ref()?, self.lights.as_ref()?);
         let mut shadowing = under_way.unwrap_or_else(|| Shadowing {
+            places: visible.order[..visible.n_first].to_vec(),
+            n_done: 0,
             between: visible.between(&visible.order[..visible.n_thinned]),
             radiance: Radiance::black(visible.points.len(), lights.has_narrow()),
-            peaks: peaks(picturing.scene),
-            n_done: 0,
+            peaks: peaks(scene),
         });
-        let end = (shadowing.n_done + SHADOWED_AT_ONCE).min(n_first);
-        let places = &visible.order[shadowing.n_done..end];
+        let n = SHADOWED_AT_ONCE.min(shadowing.places.len() - shadowing.n_done);
+        let places = &shadowing.places[shadowing.n_done..][..n];
         let profile = self.profile.as_ref().filter(|_| list.has_wide);
-        let seen = (picturing.scene, (&picturing.view, profile));
-        let of_lights = (&lights.records[..], maps);
-        let points = (places, &visible.points[..]);
-        let Some(found) = self
-            .plain
-            .shadowed(seen, tables, of_lights, points, &shadowing)
-        else {
-            return;
-        };
+        let found = self.plain.shadowed(
+            (scene, (&picturing.view, profile)),
+            self.tables_of(scene)?,
+            (&lights.records, self.first_maps()?),
+            (places, &visible.points),
+            &shadowing,
+        )?;
         shadowing.radiance.add(places, &found);
-        shadowing.n_done = end;
-        if end < n_first {
-            self.plain.shadowing = Some(shadowing);
-            return;
-        }
-        let done = &visible.order[..n_first];
-        let radiance = self.with_bounce(picturing.scene, shadowing.radiance, done);
-        let radiance = self.filled(radiance, n_first);
-        self.plain.forget_draft();
-        self.show(picturing, Quality::Shadowed, radiance);
+        shadowing.n_done += n;
+        Some(shadowing)
     }
 
     /// The tables, if there are points that they serve.
