@@ -45,6 +45,27 @@ impl LightColumns {
     }
 }
 
+/// What a point of a draft sends to the eye of lights with maps that its numbers and its rest are made of.
+#[derive(Default)]
+pub(super) struct DraftPoint {
+    /// Single scattering, and its side.
+    pub single: [f32; 4],
+    /// Local scattering of light that comes straight, unblocked, for an amplitude of 1, by channel and light, whole vectors.
+    pub direct: [Vec<[f32; LANES]>; 3],
+}
+
+impl DraftPoint {
+    /// Nothing, of so many vectors of lights.
+    #[inline(always)]
+    pub fn clear(&mut self, n: usize) {
+        self.single = [0.0; 4];
+        for row in &mut self.direct {
+            row.clear();
+            row.resize(n, [0.0; LANES]);
+        }
+    }
+}
+
 /// At the points of a draft.
 pub(super) struct DraftMultiple {
     pub columns: LightColumns,
@@ -55,8 +76,8 @@ pub(super) struct DraftMultiple {
     /// `[row]`: local scattering of the straight light of lights with maps, unblocked, times the lights' colours and the view's
     /// radiance scale; see [`LightColumns::n_numbers`]. The upper halves of floats.
     numbers: Vec<u16>,
-    /// `[row]`: what depends on no map, all scattering of lights without maps included.
-    rest: Vec<[f32; 3]>,
+    /// `[row]`: what depends on no map, all scattering of lights without maps included, and their [side](super::radiance::Radiance::at).
+    rest: Vec<[f32; 4]>,
 }
 
 impl DraftMultiple {
@@ -80,7 +101,7 @@ impl DraftMultiple {
     }
 
     /// Takes the numbers of some places, and their rest.
-    pub fn take(&mut self, places: &[u32], numbers: &[u16], rest: &[[f32; 3]]) {
+    pub fn take(&mut self, places: &[u32], numbers: &[u16], rest: &[[f32; 4]]) {
         for (row, place) in (self.rest.len() as u32..).zip(places) {
             self.row_of[*place as usize] = row;
         }
@@ -96,10 +117,10 @@ impl DraftMultiple {
     /// What it comes to between places that have rows, where such shares of the lights are unblocked, by column; of lights without
     /// maps any. Times the view's radiance scale.
     #[inline(always)]
-    pub fn at(&self, between: &Between, unblocked: &[[f32; LANES]]) -> [f32; 3] {
+    pub fn at(&self, between: &Between, unblocked: &[[f32; LANES]]) -> [f32; 4] {
         let [a, b] = between.ends.map(|end| self.row_of[end]);
         if a == NO_ROW || b == NO_ROW {
-            return [0.0; 3];
+            return [0.0; 4];
         }
         let first = self.of_row(a as usize, unblocked);
         if a == b {
@@ -107,15 +128,15 @@ impl DraftMultiple {
         }
         let second = self.of_row(b as usize, unblocked);
         let t = between.t.clamp(0.0, 1.0);
-        [0, 1, 2].map(|channel: usize| first[channel] + (second[channel] - first[channel]) * t)
+        [0, 1, 2, 3].map(|ix: usize| first[ix] + (second[ix] - first[ix]) * t)
     }
 
     #[inline(always)]
-    fn of_row(&self, row: usize, unblocked: &[[f32; LANES]]) -> [f32; 3] {
+    fn of_row(&self, row: usize, unblocked: &[[f32; LANES]]) -> [f32; 4] {
         let n = self.columns.n_numbers();
         let numbers = &self.numbers[n * row..][..n];
-        let mut rgb = self.rest[row];
-        for (sum, numbers) in rgb.iter_mut().zip(numbers.chunks_exact((n / 3).max(1))) {
+        let mut found = self.rest[row];
+        for (sum, numbers) in found.iter_mut().zip(numbers.chunks_exact((n / 3).max(1))) {
             let mut sums = [0.0; LANES];
             for (numbers, unblocked) in numbers.as_chunks::<LANES>().0.iter().zip(unblocked) {
                 for lane in 0..LANES {
@@ -124,7 +145,7 @@ impl DraftMultiple {
             }
             *sum += sums.iter().sum::<f32>();
         }
-        rgb
+        found
     }
 }
 
@@ -157,9 +178,9 @@ mod tests {
             }
             numbers
         };
-        draft.take(&[1], &numbers([8.0, 1.0]), &[[1.0, 2.0, 3.0]]);
+        draft.take(&[1], &numbers([8.0, 1.0]), &[[1.0, 2.0, 3.0, 4.0]]);
         assert!(!draft.is_whole());
-        draft.take(&[5], &numbers([16.0, 3.0]), &[[5.0, 2.0, 3.0]]);
+        draft.take(&[5], &numbers([16.0, 3.0]), &[[5.0, 2.0, 3.0, 8.0]]);
         assert!(draft.is_whole());
         let mut unblocked = [0.0; LANES];
         (unblocked[0], unblocked[1]) = (0.5, 0.25);
@@ -172,15 +193,16 @@ mod tests {
             };
             draft.at(&between, &[unblocked])
         };
-        assert_eq!(at(1, [1, 1]), [5.25, 6.25, 7.25]);
+        assert_eq!(at(1, [1, 1]), [5.25, 6.25, 7.25, 4.0]);
         // A quarter of the one, three of the other.
-        let [red, green, blue] = at(4, [1, 5]);
+        let [red, green, blue, side] = at(4, [1, 5]);
         assert_eq!(red, 0.25 * 5.25 + 0.75 * 13.75);
         assert_eq!(
             [green, blue],
             [2.0, 3.0].map(|rest| rest + 0.25 * 4.25 + 0.75 * 8.75)
         );
-        assert_eq!(at(0, [0, 5]), [0.0; 3], "no row");
+        assert_eq!(side, 7.0);
+        assert_eq!(at(0, [0, 5]), [0.0; 4], "no row");
     }
 
     #[test]

@@ -49,7 +49,7 @@ pub struct CpuRenderer {
 pub(super) struct Advance {
     /// Nothing is left to do.
     pub is_done: bool,
-    /// The picture that is shown has all light of the scene as last set.
+    /// The picture that is shown has all light of the scene as last set, in the shadows of maps, if not of all of them yet.
     pub is_complete: bool,
     /// Another number, another picture.
     pub version: u64,

@@ -23,7 +23,7 @@ mod shadowed;
 
 use super::along_segments::{Along, Nodes, PLACES, add_along, frames_about, shares_along};
 use super::arriving::{Arriving, Columns};
-use super::draft_multiple::LightColumns;
+use super::draft_multiple::{DraftPoint, LightColumns};
 use super::frame::kept::{N_NODES, n_numbers, narrow_columns};
 use super::halves::half;
 use super::radiance::{Radiance, mean};
@@ -133,7 +133,7 @@ struct Scratch {
     /// By narrow light.
     narrow: Vec<AlongOf>,
     narrow_weights: Vec<f32>,
-    of_draft: shadowed::OfDraft,
+    of_draft: DraftPoint,
 }
 
 /// Of a narrow light: the shares that reach the places about a point, if any is lit, and what single
@@ -154,7 +154,7 @@ struct Found<'a> {
     along: &'a mut [Along],
     /// What is written down; nothing where nothing is.
     numbers: &'a mut [u16],
-    rest: &'a mut [[f32; 3]],
+    rest: &'a mut [[f32; 4]],
 }
 
 /// What is written down of every light at a point, for pictures to come.
@@ -173,7 +173,7 @@ pub(super) struct WideShaded {
     /// What is written down of each, one after the other.
     pub numbers: Vec<u16>,
     /// Of a draft, what depends on no shadow map.
-    pub rest: Vec<[f32; 3]>,
+    pub rest: Vec<[f32; 4]>,
     pub counts: Counts,
 }
 
@@ -242,7 +242,7 @@ impl<'a> WideShader<'a> {
         };
         let mut radiance = Radiance::black(places.len(), !self.narrow.is_empty());
         let mut numbers = vec![0; n_written * places.len()];
-        let mut rest = vec![[0.0; 3]; n_rest];
+        let mut rest = vec![[0.0; 4]; n_rest];
         let mut along = radiance.along.chunks_mut(CHUNK);
         let mut numbers_chunks = numbers.chunks_mut(CHUNK * n_written.max(1));
         let mut rest_chunks = rest.chunks_mut(CHUNK);
@@ -564,15 +564,16 @@ impl<'a> WideShader<'a> {
                 unblocked[ix]
             };
             let rgb = &self.colors[ix];
-            let scattered = [0, 1, 2].map(|c: usize| rgb[c] * share * entry.rgb[c]);
-            for (sum, scattered) in sum.iter_mut().zip(scattered) {
-                *sum += scattered;
-            }
+            let [r, g, b] = [0, 1, 2].map(|c: usize| rgb[c] * share * entry.rgb[c]);
+            let mut scattered = [r, g, b, 0.0];
             if let Some(profile) = self.profile {
                 let lights = &self.lights[ix / LANES];
                 let direction = lights.direction.map(|axis| axis[ix % LANES]);
                 let sides = sides(profile, direction, lights.lambda[ix % LANES], place);
-                sum[3] += sides[entry.mode as usize] * mean(scattered);
+                scattered[3] = sides[entry.mode as usize] * mean([r, g, b]);
+            }
+            for (sum, scattered) in sum.iter_mut().zip(scattered) {
+                *sum += scattered;
             }
             if let Written::Draft(columns) = written
                 && columns.has_maps(ix)

@@ -108,8 +108,8 @@ pub(super) struct Casting {
     views: Vec<ShadowView>,
     /// By view: does a first picture need it?
     are_first: Vec<bool>,
-    /// Views in the order in which they are taken up: fine ones first, so that no thread ends long after the others; of the others those
-    /// that a first picture needs.
+    /// Views in the order in which they are taken up: fine ones first, so that no thread ends long after the others, then those that a
+    /// first picture needs.
     order: Vec<u32>,
     /// Of them, how many are taken up.
     n_taken: usize,
@@ -222,7 +222,7 @@ impl Casting {
         self.n_done == self.views.len()
     }
 
-    /// Of maps that a first picture needs what they say, and which these are, once all of them are found.
+    /// What the maps say that a first picture needs, and by map whether it is one of these; none before all of them are found.
     pub fn first(&self) -> Option<(&Unblocked, &[bool])> {
         let mut views = self.are_first.iter().zip(&self.is_done);
         let is_found = views.all(|(is_first, is_done)| *is_done || !is_first);
@@ -290,7 +290,7 @@ mod tests {
         let visible: Vec<u32> = (0..strands.points.len() as u32).step_by(3).collect();
         let order = Arc::new(StripOrder::new(&strands));
         let find = |visible: Option<&[u32]>| {
-            let views = (plan.views.clone(), plan.first_maps());
+            let views = (plan.views.clone(), plan.maps_for_first());
             let mut casting = Casting::new(views, (&strands, &order), visible);
             while !casting.step(&Beside::none()) {}
             casting.finish()
@@ -298,7 +298,7 @@ mod tests {
         let (unblocked, everywhere) = (find(Some(&visible)), find(None));
         assert!(unblocked.n_texels <= everywhere.n_texels && everywhere.n_texels <= n_texels);
         // Those of a first picture before the others.
-        let views = (plan.views.clone(), plan.first_maps());
+        let views = (plan.views.clone(), plan.maps_for_first());
         let mut casting = Casting::new(views, (&strands, &order), Some(&visible));
         while casting.first().is_none() {
             assert!(!casting.step(&Beside::none()), "all are found");
@@ -313,7 +313,7 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
             pool.expect("threads")
         };
-        let views = (plan.views.clone(), plan.first_maps());
+        let views = (plan.views.clone(), plan.maps_for_first());
         let mut casting = Casting::new(views, (&strands, &order), Some(&visible));
         for _ in 0..3 {
             pool(4).install(|| casting.step(&Beside::none()));

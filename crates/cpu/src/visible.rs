@@ -106,7 +106,7 @@ impl VisiblePoints {
     }
 
     /// Bounce light at some `places`, interpolated from those at which it is found, `n_done` of them; where it is known what it was
-    /// `before`, by how it has changed. None where none is found.
+    /// `before`, by how it has changed. Black where none is found.
     pub fn bounce_at(
         &self,
         found: &Radiance,

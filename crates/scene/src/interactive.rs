@@ -16,8 +16,8 @@ pub struct PictureProgress {
     /// A picture of the view as it was last set is shown, a draft perhaps; or, where nobody waits for the device and
     /// the view keeps turning, one of a view that was set a little before.
     pub is_shown: bool,
-    /// The light of all points is that of the scene and view as they were last set; if not, the
-    /// picture is a draft.
+    /// The light of all points is that of the scene and view as they were last set, in the shadows of shadow maps where there are such,
+    /// if not of all of them yet; if not, the picture is a draft.
     pub is_shaded: bool,
     /// Nothing is left to do.
     pub is_done: bool,

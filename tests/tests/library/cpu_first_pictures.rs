@@ -116,33 +116,40 @@ fn turned_lights_have_shadows_before_all_maps_are_drawn() {
     one.expect("a thread").install(turn_lights);
 }
 
-fn turn_lights() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let lights = |turn: f32| -> Vec<SrbfLight> {
-        let light = |azimuth: f32, lambda: f32, rgb: f32| SrbfLight {
-            direction: [
-                0.8 * (azimuth + turn).cos(),
-                0.6,
-                0.8 * (azimuth + turn).sin(),
-            ],
-            lambda,
-            rgb: [rgb, 0.9 * rgb, 0.8 * rgb],
-        };
-        vec![
-            light(0.6, 0.02, 300.0),
-            light(1.8, 0.6, 1.0),
-            light(4.0, 0.9, 0.4),
-        ]
+/// A sun and two wide lights, turned.
+fn sun_and_sky(turn: f32) -> Vec<SrbfLight> {
+    let light = |azimuth: f32, lambda: f32, rgb: f32| SrbfLight {
+        direction: [
+            0.8 * (azimuth + turn).cos(),
+            0.6,
+            0.8 * (azimuth + turn).sin(),
+        ],
+        lambda,
+        rgb: [rgb, 0.9 * rgb, 0.8 * rgb],
     };
-    let at = write_dense_hair(folder.path(), lights(0.0));
+    vec![
+        light(0.6, 0.02, 300.0),
+        light(1.8, 0.6, 1.0),
+        light(4.0, 0.9, 0.4),
+    ]
+}
+
+/// Hair beside an ellipsoid in their light.
+fn dense_hair_in_sun_and_sky() -> PreparedScene {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = write_dense_hair(folder.path(), sun_and_sky(0.0));
     let mut scene = Scene::read(&at).expect("a scene");
     scene.proxies = vec![ProxySection::ellipsoid([0.0, 0.0, -2.0], [2.0, 1.0, 1.0])];
-    let scene = PreparedScene::load(&scene).expect("hair");
-    let first_maps = scene.shadow_plan().first_maps();
+    PreparedScene::load(&scene).expect("hair")
+}
+
+fn turn_lights() {
+    let scene = dense_hair_in_sun_and_sky();
+    let first_maps = scene.shadow_plan().maps_for_first();
     assert!(first_maps.iter().filter(|is_first| !**is_first).count() > 2);
     let mut live = InteractiveRenderer::new(scene);
     while !live.advance(Duration::ZERO).expect("a step").is_done {}
-    live.set_lights(lights(0.7)).expect("lights");
+    live.set_lights(sun_and_sky(0.7)).expect("lights");
     let version = live.display().version;
     while live.display().version == version {
         live.advance(Duration::ZERO).expect("a step");
@@ -151,12 +158,62 @@ fn turn_lights() {
     while !live.advance(Duration::ZERO).expect("a step").is_shaded {}
     let shadowed = live.display().pixels.to_vec();
     assert_eq!(live.report().stats.texels_visited, 0, "all maps are drawn");
-    while !live.advance(Duration::ZERO).expect("a step").is_done {}
-    assert!(live.report().stats.texels_visited > 0);
+    // Until the next picture.
+    let mut n_texels = 0;
+    while !live.advance(Duration::ZERO).expect("a step").is_done {
+        n_texels = u64::max(n_texels, live.report().stats.texels_visited);
+    }
+    assert!(n_texels > 0);
     let last = live.display().pixels.to_vec();
     let [of_draft, of_shadowed] = [&draft, &shadowed].map(|picture| distance(picture, &last));
     println!("{of_draft:.4}, {of_shadowed:.4}");
     assert!(of_shadowed < 0.05 && of_draft > 5.0 * of_shadowed);
+}
+
+/// Edits that come while a picture in the shadows of some maps is being made leave nothing of it behind.
+#[test]
+fn edits_after_lights_turned_end_as_fresh_scenes() {
+    let scene = dense_hair_in_sun_and_sky();
+    let mut camera = scene.camera;
+    camera.eye.x += 0.1 * camera.eye.distance(camera.target);
+    let mut hair = *scene.hair.hair();
+    hair.eta = 1.4;
+    let modes = scene.hair.modes().to_vec();
+    let colors = [[10.0, 20.0, 30.0], [1.0, 0.2, 0.5], [0.5; 3]];
+    type Change<'a> = (&'a str, &'a dyn Fn(&mut InteractiveRenderer));
+    let edits: [Change; 4] = [
+        ("hair", &|live| {
+            live.set_hair(&hair, &modes).expect("in range");
+        }),
+        ("view", &|live| live.set_camera(camera)),
+        ("colours", &|live| {
+            live.set_light_colors(&colors).expect("as many");
+        }),
+        ("lights", &|live| {
+            live.set_lights(sun_and_sky(1.9)).expect("lights");
+        }),
+    ];
+    for (name, edit) in edits {
+        let mut fresh = InteractiveRenderer::new(scene.clone());
+        fresh.set_lights(sun_and_sky(0.7)).expect("lights");
+        edit(&mut fresh);
+        while !fresh.advance(Duration::ZERO).expect("a step").is_done {}
+        let mut live = InteractiveRenderer::new(scene.clone());
+        for n_steps in (4..120).step_by(9) {
+            live.set_scene(scene.clone()).expect("a scene");
+            while !live.advance(Duration::ZERO).expect("a step").is_shaded {}
+            live.set_lights(sun_and_sky(0.7)).expect("lights");
+            for _ in 0..n_steps {
+                live.advance(Duration::ZERO).expect("a step");
+            }
+            edit(&mut live);
+            while !live.advance(Duration::ZERO).expect("a step").is_done {}
+            assert!(
+                live.display().pixels == fresh.display().pixels,
+                "{name} after {n_steps} steps"
+            );
+        }
+    }
 }
 
 /// Another view is shown at once, as what was shown is seen from there; then as its own points, in the light of the view before

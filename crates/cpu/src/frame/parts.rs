@@ -34,7 +34,8 @@ pub(super) enum Quality {
     Carried,
     /// Shadows are those of the volume, or the light through to the eye is that of the view before.
     Draft,
-    /// Single scattering is in the shadows of maps, all or some of each light; multiple scattering is that of the draft.
+    /// Single scattering is in the shadows of maps, all or some of each light, and leaves to chance what hardly counts; multiple scattering
+    /// and lights without maps are those of the draft.
     Shadowed,
     /// Some points are shaded, the others are interpolated.
     Most,

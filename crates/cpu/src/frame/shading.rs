@@ -29,16 +29,16 @@ impl Frame {
     }
 
     fn shade_some(&mut self, picturing: &Picturing) {
+        if self.to_be_shadowed(picturing) {
+            self.shadow_some(picturing);
+            return;
+        }
         let scene = picturing.scene;
         if self.lights.is_none()
             || self.list.is_none()
             || self.volume.is_none()
             || self.records.is_none()
         {
-            return;
-        }
-        if self.to_be_shadowed(picturing) {
-            self.shadow_some(picturing);
             return;
         }
         let quality = match self.unblocked.is_some() && self.through.is_some() {
@@ -206,7 +206,10 @@ impl Frame {
 
     /// Shades some more points, or finds something that they need.
     fn shade_slice(&mut self, picturing: &Picturing) {
-        let has_all_light = self.has_all_light();
+        let has_better = matches!(
+            self.quality(),
+            Some(Quality::Most | Quality::Recolored | Quality::Whole)
+        );
         let (Some(lights), Some((list, visible)), Some((grid, _)), Some(records)) =
             (&self.lights, &self.list, &self.volume, &self.records)
         else {
@@ -260,7 +263,7 @@ impl Frame {
             if is_last {
                 self.finish_shading(picturing);
             }
-        } else if is_last && is_first_done && picturing.has_drafts && !has_all_light {
+        } else if is_last && is_first_done && picturing.has_drafts && !has_better {
             let (radiance, done) = (&shading.radiance, &shading.order[..shading.n_done]);
             let (radiance, done) = (radiance.clone(), done.to_vec());
             let radiance = self.with_bounce(picturing.scene, radiance, &done);

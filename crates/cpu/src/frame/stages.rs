@@ -130,7 +130,7 @@ impl Frame {
                 };
                 let is_everywhere = is_wanted && can_be_everywhere(plan, strands.points.len());
                 let visible = (!is_everywhere).then_some(&visible.points[..]);
-                ((plan.views.clone(), plan.first_maps()), visible)
+                ((plan.views.clone(), plan.maps_for_first()), visible)
             })
         });
         let mut bytes = 0;

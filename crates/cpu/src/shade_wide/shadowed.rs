@@ -1,37 +1,17 @@
-//! A first picture in the shadows of shadow maps: single scattering by their shares, and multiple scattering of the draft.
+//! A first picture in the shadows of shadow maps: single scattering by their shares, and the draft's multiple scattering and light of
+//! lights without maps.
 
 use rayon::prelude::*;
 use strandlight_scattering::wide::{LANES, Level, dispatch};
 use strandlight_scene::shadow_maps::N_PLACES;
 
-use super::super::draft_multiple::{DraftMultiple, LightColumns};
+use super::super::draft_multiple::{DraftMultiple, DraftPoint, LightColumns};
 use super::super::halves::half;
 use super::super::radiance::{Between, Radiance};
 use super::super::shade::Counts;
 use super::super::through_shares::{self, Maps, ThroughShares};
 use super::super::unblocked::VisiblePoint;
 use super::{CHUNK, Scratch, WideShader, Written};
-
-/// What of a draft does not change with the maps of its lights, of a point.
-#[derive(Default)]
-pub(super) struct OfDraft {
-    /// Single scattering of lights with maps.
-    pub single: [f32; 3],
-    /// Local scattering of light that comes straight, unblocked, for an amplitude of 1, by channel and light, whole vectors.
-    pub direct: [Vec<[f32; LANES]>; 3],
-}
-
-impl OfDraft {
-    /// Nothing, of so many vectors of lights.
-    #[inline(always)]
-    pub fn clear(&mut self, n: usize) {
-        self.single = [0.0; 3];
-        for row in &mut self.direct {
-            row.clear();
-            row.resize(n, [0.0; LANES]);
-        }
-    }
-}
 
 impl WideShader<'_> {
     /// Writes the numbers of a point of a draft that came to `sum`; answers its rest.
@@ -42,14 +22,13 @@ impl WideShader<'_> {
         scratch: &Scratch,
         sum: &[f32; 4],
         numbers: &mut [u16],
-    ) -> [f32; 3] {
+    ) -> [f32; 4] {
         let scale = self.view.radiance_scale;
-        let OfDraft { single, direct } = &scratch.of_draft;
+        let DraftPoint { single, direct } = &scratch.of_draft;
         let unblocked = scratch.unblocked.as_flattened();
         let n_row = numbers.len() / 3;
-        let mut rest = [0.0; 3];
+        let mut rest = [0, 1, 2, 3].map(|ix: usize| sum[ix] - single[ix]);
         for (channel, numbers) in numbers.chunks_exact_mut(n_row.max(1)).enumerate() {
-            rest[channel] = sum[channel] - single[channel];
             let direct = direct[channel].as_flattened();
             for (column, rgb) in self.colors.iter().enumerate() {
                 if columns.has_maps(column) {
@@ -59,7 +38,9 @@ impl WideShader<'_> {
                 }
             }
         }
-        rest.map(|value| scale * value)
+        let [r, g, b, side] = rest.map(|value| scale * value);
+        // What is left of rounding may be less than nothing.
+        [r.max(0.0), g.max(0.0), b.max(0.0), side]
     }
 
     /// Radiance of some visible points in the shadows of `maps`; each lies `between` points of the `draft`.
