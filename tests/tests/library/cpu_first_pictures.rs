@@ -199,7 +199,7 @@ fn edits_after_lights_turned_end_as_fresh_scenes() {
         edit(&mut fresh);
         while !fresh.advance(Duration::ZERO).expect("a step").is_done {}
         let mut live = InteractiveRenderer::new(scene.clone());
-        for n_steps in (4..120).step_by(9) {
+        for n_steps in (4..120).step_by(13) {
             live.set_scene(scene.clone()).expect("a scene");
             while !live.advance(Duration::ZERO).expect("a step").is_shaded {}
             live.set_lights(sun_and_sky(0.7)).expect("lights");
