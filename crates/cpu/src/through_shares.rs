@@ -209,8 +209,8 @@ mod tests {
         let words = shadow_maps(&strands, &plan, (eye, forward));
         let order = Arc::new(StripOrder::new(&strands));
         let cast = |views: Vec<ShadowView>| {
-            let views = (views.clone(), vec![true; views.len()]);
-            let mut casting = Casting::new(views, (&strands, &order), None);
+            let are_first = vec![true; views.len()];
+            let mut casting = Casting::new((views, are_first), (&strands, &order), None);
             while !casting.step(&Beside::none()) {}
             casting.finish()
         };

@@ -160,9 +160,10 @@ impl Frame {
             let of = (&*picturing.scene.strands, &picturing.beside);
             step_maps(&mut casting, &mut self.strip_order, of, || {
                 let views = lights.plan.through(picturing.view.forward);
-                let views = (views.clone(), vec![true; views.len()]);
+                let are_first = vec![true; views.len()];
                 // At all points they serve the drafts of other views, after this one's picture.
-                (views, (!is_extended).then_some(&visible.points[..]))
+                let visible = (!is_extended).then_some(&visible.points[..]);
+                ((views, are_first), visible)
             })
         });
         let mut bytes = 0;
