@@ -22,7 +22,7 @@ use strandlight_scene::{
     Backend, Camera, DisplayTransform, Picture, PreparedScene, RenderError, Stats,
 };
 
-use super::edited_scene::{EditedScene, edit_setters};
+use super::edited_scene::{BentStrands, EditedScene, edit_setters};
 use super::frame::Edit;
 use super::interactive::{DisplayPixels, InteractiveRenderer};
 
@@ -75,6 +75,8 @@ struct State {
     report: RenderReport,
     /// What nobody has seen yet.
     display: Option<Display>,
+    /// Strands that the thread has bent, the last of them.
+    bent: Option<BentStrands>,
     error: Option<RenderError>,
     is_new: bool,
 }
@@ -144,7 +146,7 @@ impl BackgroundRenderer {
     /// Waits for something new, for about `budget`, and takes it up. Without a wait nothing is new unless the thread was ready.
     ///
     /// # Errors
-    /// A picture that is too large.
+    /// A picture that is too large; strands that wind cannot bend, as [`Strands::moved`](strandlight_scene::strands::Strands::moved).
     pub fn advance(&mut self, budget: Duration) -> Result<PictureProgress, RenderError> {
         // It fails again at once, if it does.
         let is_again = mem::take(&mut self.is_failed);
@@ -173,6 +175,9 @@ impl BackgroundRenderer {
         if let Some(display) = state.display.take() {
             self.display = display;
             self.shared.is_asked.notify_one();
+        }
+        if let Some(bent) = state.bent.take() {
+            self.edited.take_bent(&bent);
         }
         (self.progress, self.n_taken) = (state.progress, state.n_taken);
         self.report.clone_from(&state.report);
@@ -319,16 +324,20 @@ fn work(mut renderer: InteractiveRenderer, shared: &Shared) {
             (mem::take(&mut state.requests), state.is_watched)
         };
         let n_requests = requests.len() as u64;
+        let mut done = Ok(());
         for request in requests {
-            do_request(&mut renderer, request);
+            done = done.and(do_request(&mut renderer, request));
         }
         let advanced = match is_watched {
-            true => renderer.advance(BUDGET),
-            false => Ok(renderer.progress()),
+            true => done.and_then(|()| renderer.advance(BUDGET)),
+            false => done.map(|()| renderer.progress()),
         };
         is_failed = advanced.is_err();
         let mut state = shared.lock();
         state.n_taken += n_requests;
+        if n_requests > 0 {
+            state.bent = renderer.bent();
+        }
         state.report.clone_from(renderer.report());
         let display = renderer.display();
         if display.version != version {
@@ -350,9 +359,9 @@ fn work(mut renderer: InteractiveRenderer, shared: &Shared) {
     }
 }
 
-fn do_request(renderer: &mut InteractiveRenderer, request: Request) {
+fn do_request(renderer: &mut InteractiveRenderer, request: Request) -> Result<(), RenderError> {
     match request {
-        Request::Edited(edited, edits) => renderer.set_edited(*edited, edits),
+        Request::Edited(edited, edits) => return renderer.set_edited(*edited, edits),
         Request::Scene(edited) => renderer.replace(*edited),
         // It was looked at before it was sent.
         Request::Size(size) => drop(renderer.set_size(size)),
@@ -368,6 +377,7 @@ fn do_request(renderer: &mut InteractiveRenderer, request: Request) {
             sender.send(Rendering::Done(Box::new(rendered))).ok();
         }
     }
+    Ok(())
 }
 
 impl Backend for BackgroundRenderer {
@@ -388,6 +398,13 @@ impl Backend for BackgroundRenderer {
     }
 
     edit_setters!(edited);
+
+    /// The thread bends them, and [`BackgroundRenderer::advance`] takes them up: until then those of the scene are where they were.
+    fn set_wind(&mut self, wind: Option<Wind>) -> Result<(), RenderError> {
+        let edit = self.edited.ask_for_wind(wind);
+        self.take(edit);
+        Ok(())
+    }
 
     fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         if self.size == size {

@@ -22,6 +22,8 @@ use strandlight_scene::{
 };
 
 use super::CpuRenderer;
+#[cfg(not(target_arch = "wasm32"))]
+use super::edited_scene::BentStrands;
 use super::edited_scene::{EditedScene, edit_setters};
 use super::fade::Fade;
 use super::frame::Edit;
@@ -237,11 +239,29 @@ impl InteractiveRenderer {
         self.is_done || self.size.contains(&0)
     }
 
-    /// The scene was edited elsewhere, and is this one now.
+    /// The scene was edited elsewhere, and is this one now, its strands bent by its wind.
+    ///
+    /// # Errors
+    /// As [`EditedScene::bend`]; the strands are those before the wind then.
     #[cfg(not(target_arch = "wasm32"))]
-    pub(super) fn set_edited(&mut self, edited: EditedScene, edits: Vec<Edit>) {
+    pub(super) fn set_edited(
+        &mut self,
+        mut edited: EditedScene,
+        edits: Vec<Edit>,
+    ) -> Result<(), RenderError> {
+        if let Some(bent) = self.renderer.edited.bent() {
+            edited.take_bent(&bent);
+        }
+        let bent = edited.bend();
         self.renderer.edited = edited;
         self.take(edits);
+        bent
+    }
+
+    /// The strands of the scene, where wind bends them.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn bent(&self) -> Option<BentStrands> {
+        self.renderer.edited.bent()
     }
 
     /// Another scene takes the place of this one.
@@ -390,6 +410,12 @@ impl Backend for InteractiveRenderer {
     }
 
     edit_setters!(renderer.edited);
+
+    fn set_wind(&mut self, wind: Option<Wind>) -> Result<(), RenderError> {
+        let edit = self.renderer.edited.set_wind(wind)?;
+        self.take(edit);
+        Ok(())
+    }
 
     fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         if self.size == size {

@@ -285,6 +285,12 @@ impl Backend for CpuRenderer {
 
     edit_setters!(edited);
 
+    fn set_wind(&mut self, wind: Option<Wind>) -> Result<(), RenderError> {
+        let edit = self.edited.set_wind(wind)?;
+        self.take(edit);
+        Ok(())
+    }
+
     fn set_size(&mut self, size: [u32; 2]) -> Result<(), RenderError> {
         self.edited.scene.size = size;
         Ok(())

@@ -4,6 +4,7 @@
 //! of it to recompute, and no more. Windows and pages have an [`InteractiveBackend`], on the GPU or
 //! the CPU; frames of a script can come from any.
 
+mod current_picker;
 mod masked;
 mod painting;
 #[cfg(not(target_arch = "wasm32"))]
@@ -26,6 +27,7 @@ use crate::inspection::Inspector;
 use crate::interactive::{Display, InteractiveBackend};
 use crate::mask_view::MaskView;
 use crate::session::{Change, Edits, Saved, Session, section_of};
+use current_picker::CurrentPicker;
 #[cfg(not(target_arch = "wasm32"))]
 use strandlight_cpu::BackgroundRenderer;
 #[cfg(target_arch = "wasm32")]
@@ -36,7 +38,7 @@ use strandlight_scene::Camera;
 use strandlight_scene::assets::{camera, densities};
 use strandlight_scene::interactive::{PictureProgress, RenderReport};
 use strandlight_scene::motion::{Motion, Wind};
-use strandlight_scene::paint::{ActiveStroke, Picker};
+use strandlight_scene::paint::ActiveStroke;
 use strandlight_scene::scene::PreparedScene;
 use strandlight_scene::{Backend, RenderError, SceneError};
 use varied::VariedPaint;
@@ -58,8 +60,7 @@ pub struct Viewer<B: Backend + ?Sized = dyn InteractiveBackend> {
     motion: Option<Motion>,
     /// What was recomputed since [`Viewer::take_changes`].
     changes: Change,
-    /// Of the hair where it is now; none until it is asked for.
-    picker: Option<Picker>,
+    picker: CurrentPicker,
     /// Of strands that vary, once that or the paint changes.
     varied: Option<VariedPaint>,
     /// The stroke that is being made.
@@ -232,7 +233,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
             view: None,
             time: 0.0,
             changes: Change::everything(),
-            picker: None,
+            picker: CurrentPicker::default(),
             varied: None,
             active_stroke: None,
             #[cfg(not(target_arch = "wasm32"))]
@@ -401,9 +402,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     pub fn pick(&mut self, cursor: [f32; 2]) -> Option<glam::Vec3> {
         let size = self.size();
         let scene = self.renderer.scene();
-        let picker = self
-            .picker
-            .get_or_insert_with(|| Picker::new(&scene.strands));
+        let picker = self.picker.of(&scene.strands);
         picker.pick(&scene.camera, size, cursor)
     }
 
@@ -481,13 +480,10 @@ impl<B: Backend + ?Sized> Viewer<B> {
         match &mut self.motion {
             Some(Motion::Wind(section)) => {
                 let wind = Wind::at(section, &renderer.scene().strands, self.time);
-                if renderer.set_wind(Some(wind))? {
-                    self.picker = None;
-                }
+                renderer.set_wind(Some(wind))?;
             }
             Some(Motion::Sequence(sequence)) => {
                 let points = sequence.points_at(&renderer.scene().strands, self.time)?;
-                self.picker = None;
                 renderer.set_points(&points)?;
             }
             None => {}
@@ -531,9 +527,6 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// Tells the renderer what has changed.
     fn show(&mut self, change: &Change) -> Result<(), RenderError> {
         self.changes = std::mem::take(&mut self.changes).and(change.clone());
-        if change.has(Edits::GEOMETRY | Edits::DIAMETER | Edits::MOTION) {
-            self.picker = None;
-        }
         if change.has(BESIDE_LOOK) {
             self.n_beside_look += 1;
         }
@@ -618,7 +611,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         scene: PreparedScene,
         put: impl FnOnce(&mut B, PreparedScene) -> Result<(), RenderError>,
     ) -> Result<(), RenderError> {
-        (self.picker, self.varied) = (None, None);
+        self.varied = None;
         self.framing = (scene.strands.centre, scene.strands.radius);
         put(&mut self.renderer, scene)?;
         self.set_light_colors()?;

@@ -72,12 +72,12 @@ pub trait Backend {
     /// As [`Strands::with_radii`](crate::strands::Strands::with_radii); nothing is changed then.
     fn set_radii(&mut self, radii: &[f32]) -> Result<(), RenderError>;
 
-    /// Bends the strands in the wind, or lets them hang without. Answers whether that moved the
-    /// strands of [`Backend::scene`], which stay at rest where a device alone bends them.
+    /// Bends the strands in the wind, or lets them hang without. Those of [`Backend::scene`] stay at rest where a
+    /// device alone bends them, and follow later where a thread does.
     ///
     /// # Errors
     /// As [`Strands::moved`](crate::strands::Strands::moved); nothing is changed then.
-    fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError>;
+    fn set_wind(&mut self, wind: Option<Wind>) -> Result<(), RenderError>;
 
     /// Sets the paint of the groom's points in `changed`; of the others `paint` must be as it was.
     ///

@@ -1,11 +1,12 @@
 //! The renderer in a thread of its own shows in the end what it shows without, whenever edits come.
 
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use strandlight_cpu::{BackgroundRenderer, CpuRenderer, InteractiveRenderer};
 use strandlight_formats::{ProxySection, Scene, WindSection};
 use strandlight_scene::motion::Wind;
+use strandlight_scene::motion::wind::bent_strands;
 use strandlight_scene::{Backend, PreparedScene};
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 
@@ -55,7 +56,7 @@ const EDITS: [Edit; 11] = [
     ("densities", |live, _| live.set_densities([0.5, 0.7])),
     ("wind", |live, scene| {
         let wind = Wind::at(&WindSection::default(), &scene.strands, 0.3);
-        assert!(live.set_wind(Some(wind)).expect("in range"));
+        live.set_wind(Some(wind)).expect("in range");
     }),
     ("widths", |live, scene| {
         let radii: Vec<f32> = scene
@@ -67,7 +68,7 @@ const EDITS: [Edit; 11] = [
         live.set_radii(&radii).expect("as many");
     }),
     ("no wind", |live, _| {
-        assert!(live.set_wind(None).expect("the strands before"));
+        live.set_wind(None).expect("the strands before");
     }),
     ("exposure", |live, scene| {
         live.set_grade(1.0, scene.display.clone(), scene.background);
@@ -109,6 +110,28 @@ fn edits_end_as_they_do_without_a_thread() {
         let (expected, _) = fresh.render(size, 4, &|_| ()).expect("a picture");
         assert!(rendered == expected);
     }
+}
+
+/// Whoever sets wind does not wait until strands are bent.
+#[test]
+fn strands_follow_the_wind_once_the_thread_has_bent_them() {
+    let scene = scene();
+    let mut live = BackgroundRenderer::new(scene.clone());
+    finish(&mut live);
+    for seconds in [0.3, 1.7] {
+        let before = Arc::clone(&live.scene().strands);
+        let wind = Wind::at(&WindSection::default(), &scene.strands, seconds);
+        live.set_wind(Some(wind)).expect("in range");
+        assert!(Arc::ptr_eq(&live.scene().strands, &before));
+        finish(&mut live);
+        let bent = bent_strands(&wind, &scene.strands).expect("in range");
+        assert!(live.scene().strands.points == bent.points);
+        live.set_wind(Some(wind)).expect("in range");
+        assert!(live.progress().is_done, "it is the same wind");
+    }
+    live.set_wind(None).expect("the strands before");
+    assert!(Arc::ptr_eq(&live.scene().strands, &scene.strands));
+    finish(&mut live);
 }
 
 /// While a slider is dragged each frame brings an edit, and there are pictures all the same.
@@ -210,7 +233,7 @@ fn edits_that_change_nothing_leave_pictures_alone() {
             while !live.advance(Duration::ZERO).expect("a step").is_done {
                 if is_repeated {
                     live.set_hair(&hair, scene.hair.modes()).expect("in range");
-                    assert!(!live.set_wind(None).expect("none"));
+                    live.set_wind(None).expect("none");
                 }
             }
         }

@@ -61,9 +61,9 @@ impl Backend for ProgressiveRenderer {
         Ok(())
     }
 
-    fn set_wind(&mut self, wind: Option<Wind>) -> Result<bool, RenderError> {
+    fn set_wind(&mut self, wind: Option<Wind>) -> Result<(), RenderError> {
         self.hair.set_wind(wind);
-        Ok(false)
+        Ok(())
     }
 
     fn set_paint(&mut self, paint: &Paint, changed: Range<usize>) -> Result<(), RenderError> {

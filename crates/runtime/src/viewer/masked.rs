@@ -2,7 +2,6 @@
 
 use strandlight_scene::RenderError;
 use strandlight_scene::interactive::PictureProgress;
-use strandlight_scene::paint::Picker;
 
 use super::Viewer;
 
@@ -32,16 +31,14 @@ impl Viewer {
             self.mask_view.start(number, scene, size);
             #[cfg(target_arch = "wasm32")]
             {
-                let strands = &scene.strands;
-                let picker = self.picker.get_or_insert_with(|| Picker::new(strands));
+                let picker = self.picker.of(&scene.strands);
                 let offsets = &self.session.groom().strand_offsets;
                 self.mask_view.find(number, &scene, size, offsets, picker)?;
             }
         }
         #[cfg(not(target_arch = "wasm32"))]
         {
-            let strands = &self.renderer.scene().strands;
-            let picker = self.picker.get_or_insert_with(|| Picker::new(strands));
+            let picker = self.picker.of(&self.renderer.scene().strands);
             let offsets = &self.session.groom().strand_offsets;
             self.mask_view.take(offsets, picker)?;
         }

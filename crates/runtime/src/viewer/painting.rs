@@ -1,7 +1,7 @@
 //! Brushes, and what the renderer is told of paint and of what lies under it.
 
 use strandlight_scene::material::check_paintable;
-use strandlight_scene::paint::{ActiveStroke, Brush, BrushStroke, Canvas, PaintKinds, Picker};
+use strandlight_scene::paint::{ActiveStroke, Brush, BrushStroke, Canvas, PaintKinds};
 use strandlight_scene::{Backend, RenderError, SceneError};
 
 use super::Viewer;
@@ -31,9 +31,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         };
         let size = self.size();
         let scene = self.renderer.scene();
-        let picker = self
-            .picker
-            .get_or_insert_with(|| Picker::new(&scene.strands));
+        let picker = self.picker.of(&scene.strands);
         let is_of_mask = active_stroke.effect().is_of_mask();
         let canvas = self.session.canvas(active_stroke.effect());
         let changed = active_stroke.drag(picker, canvas, &scene.camera, size, cursor);
@@ -83,9 +81,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         self.check_brush(&stroke.brush)?;
         let size = self.size();
         let scene = self.renderer.scene();
-        let picker = self
-            .picker
-            .get_or_insert_with(|| Picker::new(&scene.strands));
+        let picker = self.picker.of(&scene.strands);
         let canvas = self.session.canvas(stroke.brush.effect);
         let stroke = picker
             .stroke(canvas, &scene.camera, size, stroke)
@@ -95,7 +91,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         Ok(change)
     }
 
-    /// A brush over all hair, as one step to undo: see [`Picker::flood`].
+    /// A brush over all hair, as one step to undo: see [`Picker::flood`](strandlight_scene::paint::Picker::flood).
     ///
     /// # Errors
     /// As [`Viewer::stroke`].
@@ -103,9 +99,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         self.release()?;
         self.check_brush(brush)?;
         let scene = self.renderer.scene();
-        let picker = self
-            .picker
-            .get_or_insert_with(|| Picker::new(&scene.strands));
+        let picker = self.picker.of(&scene.strands);
         let stroke = picker.flood(self.session.canvas(brush.effect), brush);
         let change = self.session.stroke(stroke.map_err(SceneError::from)?);
         self.show(&change)?;
@@ -124,9 +118,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     pub fn pick_sigma_a(&mut self, cursor: [f32; 2]) -> Option<[f64; 3]> {
         let size = self.size();
         let scene = self.renderer.scene();
-        let picker = self
-            .picker
-            .get_or_insert_with(|| Picker::new(&scene.strands));
+        let picker = self.picker.of(&scene.strands);
         let point = picker.pick_point(&scene.camera, size, cursor)?;
         let hair = scene.hair.hair();
         let paint = scene.paint().and_then(|paint| paint.get(point));
