@@ -95,6 +95,17 @@ impl Columns {
     }
 }
 
+/// Of some `lights`, indices into `all` and a column each, those that are not black, with their columns.
+pub(super) fn lit_columns<'a>(
+    lights: &[u32],
+    all: &'a [LightRecord],
+) -> impl Iterator<Item = (usize, &'a LightRecord)> {
+    let columns = (0..)
+        .zip(lights)
+        .map(|(column, &ix)| (column, &all[ix as usize]));
+    columns.filter(|(_, light)| light.power > 0.0)
+}
+
 /// What arrives at one point, by column.
 #[derive(Clone, Copy)]
 pub(super) struct AtPoint<'a> {

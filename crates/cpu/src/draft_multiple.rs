@@ -7,7 +7,8 @@ use strandlight_scattering::wide::LANES;
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::NO_SLOT;
 
-use super::halves::whole;
+use super::arriving::lit_columns;
+use super::halves::{n_numbers, whole};
 use super::radiance::Between;
 
 /// Most bytes of it.
@@ -26,10 +27,9 @@ pub(super) struct LightColumns {
 impl LightColumns {
     /// Of some lights of `all`, indices; those that are black have none.
     pub fn new(lights: &[u32], all: &[LightRecord]) -> LightColumns {
-        let lights = lights.iter().map(|light| &all[*light as usize]);
-        let lit = lights.filter(|light| light.power > 0.0);
+        let lit = lit_columns(lights, all);
         LightColumns {
-            slots: lit.map(|light| light.shadow_index).collect(),
+            slots: lit.map(|(_, light)| light.shadow_index).collect(),
         }
     }
 
@@ -39,9 +39,9 @@ impl LightColumns {
         self.slots[column] != NO_SLOT
     }
 
-    /// Numbers of a point: `[channel][column]`, whole vectors of columns.
+    /// [`n_numbers`] of all.
     pub fn n_numbers(&self) -> usize {
-        3 * self.slots.len().next_multiple_of(LANES)
+        n_numbers(self.slots.len())
     }
 }
 

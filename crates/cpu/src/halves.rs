@@ -1,5 +1,13 @@
 //! The upper halves of floats: eight bits of precision, for what is kept of many lights at many points.
 
+use strandlight_scattering::wide::LANES;
+
+/// Numbers of a point where there are `n_columns`: `[channel][column]`, whole vectors of columns.
+#[inline(always)]
+pub(super) fn n_numbers(n_columns: usize) -> usize {
+    3 * n_columns.next_multiple_of(LANES)
+}
+
 /// The upper half of a float, rounded.
 #[inline(always)]
 pub(super) fn half(value: f32) -> u16 {

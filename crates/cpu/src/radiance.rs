@@ -35,6 +35,16 @@ impl Radiance {
         Some([self.along.get(first)?, self.along.get(first + 1)?])
     }
 
+    /// Runs of `n` places, and what they have along segments; nothing where none has.
+    pub fn chunks_mut(
+        &mut self,
+        n: usize,
+    ) -> impl Iterator<Item = (&mut [[f32; 4]], &mut [Along])> {
+        let mut along = self.along.chunks_mut(n);
+        let at = self.at.chunks_mut(n);
+        at.map(move |at| (at, along.next().unwrap_or_default()))
+    }
+
     /// Makes a place black.
     pub fn clear(&mut self, place: usize) {
         self.at[place] = [0.0; 4];

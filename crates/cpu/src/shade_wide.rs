@@ -22,10 +22,10 @@ mod bounce;
 mod shadowed;
 
 use super::along_segments::{Along, Nodes, PLACES, add_along, frames_about, shares_along};
-use super::arriving::{Arriving, Columns};
+use super::arriving::{Arriving, Columns, lit_columns};
 use super::draft_multiple::{DraftPoint, LightColumns};
-use super::frame::kept::{N_NODES, n_numbers, narrow_columns};
-use super::halves::half;
+use super::frame::kept::{N_NODES, narrow_columns};
+use super::halves::{half, n_numbers};
 use super::radiance::{Radiance, mean};
 use super::shade::{Counts, Terms};
 use super::unblocked::{Unblocked, VisiblePoint};
@@ -188,11 +188,7 @@ impl<'a> WideShader<'a> {
         maps: Option<&'a Unblocked>,
         peaks: Option<Peaks>,
     ) -> WideShader<'a> {
-        let columns = arriving.lights.iter().enumerate();
-        let lit: Vec<(usize, &LightRecord)> = columns
-            .map(|(column, &ix)| (column, &lights[ix as usize]))
-            .filter(|(_, light)| light.power > 0.0)
-            .collect();
+        let lit: Vec<(usize, &LightRecord)> = lit_columns(&arriving.lights, lights).collect();
         let directions: Vec<[f32; 3]> = lit.iter().map(|(_, light)| light.direction).collect();
         let lambdas: Vec<f32> = lit.iter().map(|(_, light)| light.lambda).collect();
         let shading = scene.hair.optics().shading(scene.tables.view());
@@ -243,12 +239,11 @@ impl<'a> WideShader<'a> {
         let mut radiance = Radiance::black(places.len(), !self.narrow.is_empty());
         let mut numbers = vec![0; n_written * places.len()];
         let mut rest = vec![[0.0; 4]; n_rest];
-        let mut along = radiance.along.chunks_mut(CHUNK);
         let mut numbers_chunks = numbers.chunks_mut(CHUNK * n_written.max(1));
         let mut rest_chunks = rest.chunks_mut(CHUNK);
-        let chunks = radiance.at.chunks_mut(CHUNK).map(|radiance| Found {
+        let chunks = radiance.chunks_mut(CHUNK).map(|(radiance, along)| Found {
             radiance,
-            along: along.next().unwrap_or_default(),
+            along,
             numbers: numbers_chunks.next().unwrap_or_default(),
             rest: rest_chunks.next().unwrap_or_default(),
         });

@@ -67,10 +67,16 @@ impl Unblocked {
 
     /// The share of a slot at a visible point, 0..=1.
     pub fn share(&self, slot: u32, at: VisiblePoint) -> f32 {
-        let ix = self.index(at);
-        let maps = &self.lit[self.maps_of[slot as usize].clone()];
-        let sum: u32 = maps.iter().map(|lit| lit[ix].count_ones()).sum();
-        sum as f32 / (N_PLACES as usize * maps.len()) as f32
+        let Range { start, end } = self.maps_of[slot as usize];
+        self.share_of(start as u32..end as u32, at)
+    }
+
+    /// The share that some maps, at least one, have lit about a visible point, 0..=1.
+    #[inline(always)]
+    pub fn share_of(&self, maps: impl ExactSizeIterator<Item = u32>, at: VisiblePoint) -> f32 {
+        let n_places = N_PLACES as usize * maps.len();
+        let n_lit: u32 = maps.map(|map| self.answer(map, at).count_ones()).sum();
+        n_lit as f32 / n_places as f32
     }
 
     /// The answer of every map at a visible point, 0..=1; 0 of those that are not drawn yet.
@@ -223,7 +229,7 @@ impl Casting {
     }
 
     /// What the maps say that a first picture needs, and by map whether it is one of these; none before all of them are found.
-    pub fn first(&self) -> Option<(&Unblocked, &[bool])> {
+    pub fn maps_for_first(&self) -> Option<(&Unblocked, &[bool])> {
         let mut views = self.are_first.iter().zip(&self.is_done);
         let is_found = views.all(|(is_first, is_done)| *is_done || !is_first);
         is_found.then_some((&self.found, &self.are_first[..]))
@@ -300,10 +306,10 @@ mod tests {
         // Those of a first picture before the others.
         let views = (plan.views.clone(), plan.maps_for_first());
         let mut casting = Casting::new(views, (&strands, &order), Some(&visible));
-        while casting.first().is_none() {
+        while casting.maps_for_first().is_none() {
             casting.step(&Beside::none());
         }
-        let (found, are_first) = casting.first().expect("those");
+        let (found, are_first) = casting.maps_for_first().expect("those");
         assert!(are_first.contains(&false));
         for (map, is_first) in are_first.iter().enumerate() {
             assert!(!is_first || found.lit[map] == unblocked.lit[map], "{map}");

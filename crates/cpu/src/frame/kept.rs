@@ -10,7 +10,7 @@ use strandlight_scene::scene::LightRecord;
 use strandlight_scene::strands::Strands;
 
 use super::super::along_segments::{Along, add_along, shares_along};
-use super::super::halves::whole;
+use super::super::halves::{n_numbers, whole};
 use super::super::radiance::Radiance;
 use super::super::unblocked::{Unblocked, VisiblePoint};
 
@@ -35,11 +35,6 @@ pub(super) struct Kept {
 
 /// Columns of single scattering of a narrow light.
 pub(in super::super) const N_NODES: usize = 3;
-
-/// Numbers of a place where there are `n_columns`.
-pub(in super::super) fn n_numbers(n_columns: usize) -> usize {
-    3 * n_columns.next_multiple_of(LANES)
-}
 
 /// Columns of narrow lights among those of `lights`, indices into `all`.
 pub(in super::super) fn narrow_columns(lights: &[u32], all: &[LightRecord]) -> Vec<usize> {

@@ -69,17 +69,17 @@ impl Frame {
         picturing.has_drafts
             && self.quality() == Some(Quality::Draft)
             && draft.is_some_and(DraftMultiple::is_whole)
-            && self.first_maps().is_some()
+            && self.maps_for_first().is_some()
     }
 
     /// The shadow maps that do for a first picture, once there are these.
-    fn first_maps(&self) -> Option<Maps<'_>> {
+    fn maps_for_first(&self) -> Option<Maps<'_>> {
         let lights = self.lights.as_ref()?;
         let through = self.through.as_ref();
         if let Some(unblocked) = &self.unblocked {
             return maps_of(lights, Some(unblocked), through);
         }
-        let (found, are_drawn) = self.casting.as_ref()?.first()?;
+        let (found, are_drawn) = self.casting.as_ref()?.maps_for_first()?;
         let maps = maps_of(lights, Some(found), through)?;
         Some(Maps {
             are_drawn: Some(are_drawn),
@@ -128,7 +128,7 @@ impl Frame {
         let found = self.plain.shadowed(
             (scene, (&picturing.view, profile)),
             self.tables_of(scene)?,
-            (&lights.records, self.first_maps()?),
+            (&lights.records, self.maps_for_first()?),
             (places, &visible.points),
             &shadowing,
         )?;

@@ -3,7 +3,6 @@
 
 use rayon::prelude::*;
 use strandlight_scattering::wide::{LANES, Level, dispatch};
-use strandlight_scene::shadow_maps::N_PLACES;
 
 use super::super::draft_multiple::{DraftMultiple, DraftPoint, LightColumns};
 use super::super::halves::half;
@@ -54,11 +53,7 @@ impl WideShader<'_> {
         let through = ThroughShares::new(&self.scene.strands, self.view.eye, maps);
         let drawn = maps.drawn_of_slots();
         let mut radiance = Radiance::black(places.len(), !self.narrow.is_empty());
-        let mut along = radiance.along.chunks_mut(CHUNK);
-        let chunks = radiance.at.chunks_mut(CHUNK);
-        let chunks: Vec<_> = chunks
-            .map(|at| (at, along.next().unwrap_or_default()))
-            .collect();
+        let chunks: Vec<_> = radiance.chunks_mut(CHUNK).collect();
         let of_chunk =
             |(scratch, shares): &mut (Scratch, through_shares::Scratch),
              ((radiance, along), places): ((&mut [[f32; 4]], &mut [_]), &[u32])| {
@@ -109,10 +104,9 @@ impl WideShader<'_> {
         let unblocked_tt = scratch.unblocked_tt.as_flattened_mut();
         for (column, &slot) in columns.slots.iter().enumerate() {
             if columns.has_maps(column) {
-                let drawn = &drawn[slot as usize];
-                let answers = drawn.iter().map(|map| maps.of_lights.answer(*map, at));
-                let n_lit: u32 = answers.map(u8::count_ones).sum();
-                unblocked[column] = n_lit as f32 / (N_PLACES as usize * drawn.len()) as f32;
+                unblocked[column] = maps
+                    .of_lights
+                    .share_of(drawn[slot as usize].iter().copied(), at);
                 unblocked_tt[column] = of_tt[slot as usize];
             }
         }
