@@ -486,6 +486,21 @@ fn full_disks_are_worth_another_try() {
             "{stderr}"
         );
     }
+    for line in [
+        "bake bake.toml",
+        "bake bake.toml --json",
+        "bake bake.toml --dry-run",
+        "bake status bake.toml --json",
+        "bake report bake.toml -o report.html",
+        "bake plan bake.toml --commands",
+    ] {
+        let full = fs::File::create("/dev/full").expect("it opens");
+        let mut command = command(at, line);
+        let ended = command.stdout(full).output().expect("it starts");
+        let stderr = String::from_utf8_lossy(&ended.stderr);
+        assert_eq!(ended.status.code(), Some(75), "{line}: {stderr}");
+        assert!(stderr.contains("cannot be written: No space"), "{stderr}");
+    }
     // The work itself was done.
     assert!(done(at, "bake bake.toml").starts_with("2 up to date"));
     let ended = output(

@@ -30,8 +30,9 @@ use clap::error::{ContextKind, ContextValue};
 use strandlight_lab::transmittance::Method;
 
 pub use output::{
-    check_extension, check_not_of_scene, check_not_taken, check_outputs, check_own_extension,
-    is_stream, output_folder, print_failure, print_line, print_while_read, want_json, write_output,
+    STDOUT, check_extension, check_not_of_scene, check_not_taken, check_outputs,
+    check_own_extension, is_stream, output_folder, print_failure, print_line, print_while_read,
+    try_print, want_json, write_output,
 };
 
 /// Says a line on stderr, unless `--quiet`; a closed stderr is no error.

@@ -18,6 +18,9 @@ use strandlight_formats::{
 
 use super::{Failure, Outcome, note};
 
+/// Standard output, in messages.
+pub const STDOUT: &str = "standard output";
+
 /// `--json` is on the command line.
 static WANTS_JSON: AtomicBool = AtomicBool::new(false);
 /// An output goes to standard output, so results in words do not.
@@ -38,6 +41,11 @@ pub fn print_line(line: impl fmt::Display) -> Outcome {
 
 /// As [`print_line`]; answers whether stdout is still read, for commands that do nothing but print.
 pub fn print_while_read(line: impl fmt::Display) -> Result<bool, Failure> {
+    try_print(line).map_err(|error| Failure::file(Path::new(STDOUT), error))
+}
+
+/// As [`print_while_read`], for commands that tell errors of the system apart.
+pub fn try_print(line: impl fmt::Display) -> io::Result<bool> {
     if HOLDS_FILE.load(Ordering::Relaxed) {
         note!("{line}");
         return Ok(true);
@@ -46,7 +54,7 @@ pub fn print_while_read(line: impl fmt::Display) -> Result<bool, Failure> {
     match writeln!(io::stdout().lock(), "{line}") {
         Ok(()) => Ok(true),
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(false),
-        Err(error) => Err(Failure::Input(format!("standard output: {error}"))),
+        Err(error) => Err(error),
     }
 }
 

@@ -1,11 +1,12 @@
 //! Failures of a bake as exit codes.
 
+use std::fmt;
 use std::path::Path;
 
 use strandlight_bake::manifest;
 use strandlight_formats::write_file;
 
-use crate::cli::{Failure, Outcome};
+use crate::cli::{Failure, Outcome, STDOUT, try_print};
 
 /// Writes a file of the run itself.
 pub fn write(path: &Path, text: &str) -> Outcome {
@@ -13,6 +14,15 @@ pub fn write(path: &Path, text: &str) -> Outcome {
         let failure = manifest::Failure::io(path, "cannot be written", &error);
         in_exit_codes(failure)
     })
+}
+
+/// [`crate::cli::print_line`], with the exit codes of a bake.
+pub fn print_line(line: impl fmt::Display) -> Outcome {
+    let printed = try_print(line).map_err(|error| {
+        let failure = manifest::Failure::io(Path::new(STDOUT), "cannot be written", &error);
+        in_exit_codes(failure)
+    });
+    printed.map(drop)
 }
 
 /// 75 for what may succeed later, else 2.

@@ -6,9 +6,9 @@ use serde_json::Value;
 use strandlight_bake::manifest::{INDEX_VERSION, html, index};
 use strandlight_formats::read_file;
 
-use super::exit::write;
+use super::exit::{print_line, write};
 use super::items::{check_beside, judge_all, read};
-use crate::cli::{Failure, Outcome, is_stream, print_line};
+use crate::cli::{Failure, Outcome, is_stream};
 
 /// Longest report that is compared with, bytes.
 const MAX_BYTES: u64 = 1 << 30;

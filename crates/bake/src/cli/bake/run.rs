@@ -8,12 +8,12 @@ use strandlight_bake::manifest::{self, Cache, Item, RunOptions, Summary, depfile
 use strandlight_scene::progress::timed;
 
 use super::events::{Events, Teller};
-use super::exit::{in_exit_codes, write};
+use super::exit::{in_exit_codes, print_line, write};
 use super::items::{check_beside, judge_all, read, rows};
 use super::kinds::Kitchen;
 use crate::cli::progress::progress;
 use crate::cli::shard::{Shard, ShardArg};
-use crate::cli::{Failure, Outcome, print_line};
+use crate::cli::{Failure, Outcome};
 
 #[derive(clap::Args)]
 pub struct RunArgs {

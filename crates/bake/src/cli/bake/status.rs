@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use serde_json::json;
 use strandlight_bake::manifest::State;
 
+use super::exit::print_line;
 use super::items::{judge_all, read, rows};
-use crate::cli::{Outcome, print_line};
+use crate::cli::Outcome;
 
 /// Say of each item whether it is done, stale, missing or failed, and why
 #[derive(clap::Args)]
