@@ -5,6 +5,7 @@
 
 mod cli;
 
+use std::collections::HashSet;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -84,22 +85,55 @@ fn main() -> ExitCode {
     }
 }
 
-fn parse<W: Clone + Into<OsString>>(
-    words: impl IntoIterator<Item = W>,
-) -> clap::error::Result<Cli> {
-    let matches = with_negative_numbers(Cli::command()).try_get_matches_from(words)?;
-    Cli::from_arg_matches(&matches)
+fn parse(words: impl IntoIterator<Item = OsString>) -> clap::error::Result<Cli> {
+    let command = Cli::command();
+    let words = with_negative_values(&command, words);
+    Cli::from_arg_matches(&command.try_get_matches_from(words)?)
 }
 
-/// Lets numbers below 0 be values of all options, so that those that are out of range are told as that.
-fn with_negative_numbers(command: clap::Command) -> clap::Command {
-    let of_option = |arg: clap::Arg| match arg.get_action().takes_values() && !arg.is_positional() {
-        true => arg.allow_negative_numbers(true),
-        false => arg,
-    };
-    command
-        .mut_args(of_option)
-        .mut_subcommands(with_negative_numbers)
+/// Joins what begins like a number below 0 to the option before it, as in `--size=-4x3`, so that the
+/// option's own parser says what is wrong with it. With clap's `allow_hyphen_values` an option would
+/// also take the next one for the value that was forgotten.
+fn with_negative_values(
+    command: &clap::Command,
+    words: impl IntoIterator<Item = OsString>,
+) -> Vec<OsString> {
+    let options = options_of_one_value(command);
+    let mut joined: Vec<OsString> = Vec::new();
+    let mut is_after_options = false;
+    for word in words {
+        is_after_options |= word == "--";
+        let is_negative = matches!(word.as_encoded_bytes(), [b'-', b'0'..=b'9' | b'.', ..]);
+        let option = joined.last_mut().filter(|last| {
+            let last = last.to_str();
+            last.is_some_and(|last| options.contains(last))
+        });
+        match option {
+            Some(option) if is_negative && !is_after_options => {
+                option.push("=");
+                option.push(word);
+            }
+            _ => joined.push(word),
+        }
+    }
+    joined
+}
+
+/// Options that take one value, as `--long` and `-s`, of all commands.
+fn options_of_one_value(command: &clap::Command) -> HashSet<String> {
+    let arguments = command.get_arguments().filter(|argument| {
+        let is_one = |n: clap::builder::ValueRange| n.max_values() == 1;
+        let takes_one = argument.get_num_args().is_none_or(is_one);
+        takes_one && argument.get_action().takes_values() && !argument.is_positional()
+    });
+    let names = arguments.flat_map(|argument| {
+        let long = argument.get_long_and_visible_aliases().unwrap_or_default();
+        let short = argument.get_short().map(|name| format!("-{name}"));
+        let long = long.into_iter().map(|name| format!("--{name}"));
+        long.chain(short).collect::<Vec<String>>()
+    });
+    let of_subcommands = command.get_subcommands().flat_map(options_of_one_value);
+    names.chain(of_subcommands).collect()
 }
 
 fn ended_by(failure: &cli::Failure) -> ExitCode {
@@ -150,7 +184,7 @@ fn dispatch(command: &Command) -> cli::Outcome {
 /// Runs one command line, given without the program's name, as the user would.
 fn run_line(line: &[OsString]) -> cli::Outcome {
     let program = OsString::from("strandlight");
-    match parse(std::iter::once(&program).chain(line)) {
+    match parse(std::iter::once(program).chain(line.iter().cloned())) {
         Ok(cli) => dispatch(&cli.command),
         Err(error) => Err(cli::usage(&error)),
     }

@@ -637,8 +637,30 @@ fn numbers_below_zero_are_told_as_out_of_range() {
         ("lights a.exr -o x --count -4", "from 1 to 1024"),
         ("render a.toml -o x.png --samples -4", "1..=65536"),
         ("groom thin a.groom -o x.groom --strands -1", "0..="),
+        ("render a.toml -o x.png --size -4x3", "like 720x480"),
+        ("render a.toml -o x.png --converge --until -5%", "like 1%"),
+        ("render a.toml -o x.png --time -.5s", "number of seconds"),
+        (
+            "render a.toml -o x --turntable 2 --shard -1/4",
+            "a shard is I/N",
+        ),
+        ("lights a.exr -o x --max-error -1%", "in 0%..=100%"),
+        (
+            "groom transform a.groom -o x --translate -1,2",
+            "three numbers",
+        ),
     ] {
         refused(folder.path(), line, &["invalid value '-", range]);
+    }
+    // An option is not taken for the value of another, nor a file after -- for an option's value.
+    for (line, what) in [
+        (
+            "render a.toml -o x.png --size --quiet",
+            "a value is required",
+        ),
+        ("render -o x.png -- -4.toml", "-4.toml: "),
+    ] {
+        refused(folder.path(), line, &[what]);
     }
 }
 

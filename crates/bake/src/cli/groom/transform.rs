@@ -17,10 +17,10 @@ pub struct Args {
     scale: f64,
     /// Turn about the axis X, Y or Z through the origin by an angle in degrees, as --rotate X 90;
     /// repeat for one turn after another
-    #[arg(long, num_args = 2, value_names = ["AXIS", "DEG"])]
+    #[arg(long, num_args = 2, value_names = ["AXIS", "DEG"], allow_negative_numbers = true)]
     rotate: Vec<String>,
     /// Move by x, y and z, cm
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_vector)]
     translate: Option<Vector>,
     /// Reverse the points of all strands, so that their tips become their roots
     #[arg(long)]
