@@ -17,6 +17,9 @@ pub mod lights;
 #[doc(hidden)]
 pub mod manifest;
 pub mod maps;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod markup;
 #[cfg(feature = "probe")]
 #[doc(hidden)]
 pub mod probe;

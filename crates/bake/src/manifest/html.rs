@@ -5,6 +5,7 @@ use std::fmt::Write;
 use serde_json::Value;
 
 use super::index::WORST_BY;
+use crate::markup::escaped;
 
 const STYLE: &str = "body{font:15px/1.4 system-ui,sans-serif;margin:2em;max-width:75em}\
 table{border-collapse:collapse;width:100%}\
@@ -52,18 +53,7 @@ fn percent(value: Option<f64>) -> String {
 }
 
 fn text(value: &Value) -> String {
-    let text = value.as_str().unwrap_or_default();
-    let mut safe = String::new();
-    for c in text.chars() {
-        match c {
-            '&' => safe += "&amp;",
-            '<' => safe += "&lt;",
-            '>' => safe += "&gt;",
-            '"' => safe += "&quot;",
-            c => safe.push(c),
-        }
-    }
-    safe
+    escaped(value.as_str().unwrap_or_default())
 }
 
 fn summary(document: &Value) -> String {

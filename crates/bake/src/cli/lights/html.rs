@@ -11,12 +11,13 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 use strandlight_bake::lights::exchange::{FRAME, sharpness};
 use strandlight_bake::lights::{Metric, Pictures};
+use strandlight_bake::markup::escaped;
 use strandlight_formats::SrbfLight;
 use strandlight_images::Map;
 use strandlight_scattering::spherical_gaussian::solid_angle;
 
 use super::results::{BudgetResult, Results};
-use text::{degrees, escaped, number, percent};
+use text::{degrees, number, percent};
 
 /// Lights whose table is not folded away.
 const FEW_LIGHTS: usize = 12;
