@@ -78,6 +78,15 @@ pub struct Script {
     pub steps: Vec<Step>,
 }
 
+/// Why [`Script::run`] did not come to the end.
+#[derive(Debug)]
+pub enum Stopped<E> {
+    /// A step failed.
+    Script(ScriptError),
+    /// A frame failed, as whoever draws them says.
+    Frame(E),
+}
+
 /// A step as it stands in the file: one of the first seven.
 #[derive(Default)]
 struct Entry {
@@ -247,11 +256,11 @@ impl Script {
     ///
     /// # Errors
     /// The first step that fails, by its number; what `draw` answers.
-    pub fn run<B: Backend + ?Sized, E: From<ScriptError>>(
+    pub fn run<B: Backend + ?Sized, E>(
         &self,
         viewer: &mut Viewer<B>,
         mut draw: impl FnMut(&mut Viewer<B>, &Frame) -> Result<(), E>,
-    ) -> Result<(), E> {
+    ) -> Result<(), Stopped<E>> {
         for (ix, step) in self.steps.iter().enumerate() {
             let done = match step {
                 Step::Set(values) => viewer.set(values).map(drop),
@@ -261,11 +270,11 @@ impl Script {
                 Step::Undo(n) => (0..*n).try_for_each(|_| undone(viewer.undo()?)),
                 Step::Redo(n) => (0..*n).try_for_each(|_| redone(viewer.redo()?)),
                 Step::Frame(frame) => {
-                    draw(viewer, frame)?;
+                    draw(viewer, frame).map_err(Stopped::Frame)?;
                     Ok(())
                 }
             };
-            done.map_err(|error| ScriptError::at(ix, error))?;
+            done.map_err(|error| Stopped::Script(ScriptError::at(ix, error)))?;
         }
         Ok(())
     }

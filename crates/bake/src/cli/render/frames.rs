@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use serde_json::json;
 use strandlight_images::picture::exr_file_of;
-use strandlight_runtime::script::{self, Frame, Script};
+use strandlight_runtime::script::{self, Frame, Script, Stopped};
 use strandlight_runtime::timings::{FrameTiming, Timings};
 use strandlight_runtime::{ScriptError, Session, Viewer};
 use strandlight_scene::files::Files;
@@ -124,18 +124,6 @@ fn file_of(frame: &Frame) -> PathBuf {
     }
 }
 
-/// Why a script stopped.
-enum Stopped {
-    Script(ScriptError),
-    Frame(Failure),
-}
-
-impl From<ScriptError> for Stopped {
-    fn from(error: ScriptError) -> Self {
-        Stopped::Script(error)
-    }
-}
-
 /// Where frames go.
 struct Out<'a> {
     folder: &'a Path,
@@ -194,16 +182,15 @@ fn draw(
     script: &Script,
     shard: Shard,
     mut out: Out,
-) -> Result<Timings, Stopped> {
+) -> Result<Timings, Stopped<Failure>> {
     let mut numbers = 0..;
-    script.run(&mut viewer, |viewer, frame| -> Result<(), Stopped> {
+    script.run(&mut viewer, |viewer, frame| {
         if !numbers.next().is_some_and(|number| shard.has(number)) {
             return Ok(());
         }
         let file = file_of(frame).display().to_string();
-        let drawn = FrameTiming::draw(viewer, frame, file).map_err(Failure::input);
-        let written = drawn.and_then(|(picture, timing)| out.write(viewer, &picture, timing));
-        written.map_err(Stopped::Frame)
+        let (picture, timing) = FrameTiming::draw(viewer, frame, file).map_err(Failure::input)?;
+        out.write(viewer, &picture, timing)
     })?;
     Ok(out.timings)
 }

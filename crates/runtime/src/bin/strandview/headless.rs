@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use strandlight_formats::{OutputTarget, TakenFiles, check_writable, output_target, write_file};
 use strandlight_render::gpu::Context;
-use strandlight_runtime::script::{self, Frame, Script};
+use strandlight_runtime::script::{self, Frame, Script, Stopped};
 use strandlight_runtime::timings::{FrameTiming, Timings};
 use strandlight_runtime::{CpuReason, ScriptError, Session, Viewer};
 use strandlight_scene::provenance::{Provenance, Recorder};
@@ -114,18 +114,6 @@ fn check_not_taken(taken: &TakenFiles, path: &Path, target: &OutputTarget) -> An
     }
 }
 
-/// Why a script stopped.
-enum Stopped {
-    Script(ScriptError),
-    Frame(Box<dyn Error>),
-}
-
-impl From<ScriptError> for Stopped {
-    fn from(error: ScriptError) -> Self {
-        Stopped::Script(error)
-    }
-}
-
 fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()> {
     let start = Instant::now();
     let mut files = BTreeSet::new();
@@ -156,7 +144,7 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
     let opened = 1e3 * start.elapsed().as_secs_f64();
     let mut recorder = Recorder::new(viewer.session().files());
     let mut timings = Timings::default();
-    let mut write_frame = |viewer: &mut Viewer, frame: &Frame| -> Answer<()> {
+    let write_frame = |viewer: &mut Viewer, frame: &Frame| -> Answer<()> {
         let file = file_of(frame)?;
         let path = out.join(&file);
         let (picture, timing) = FrameTiming::draw(viewer, frame, file.display().to_string())?;
@@ -168,9 +156,7 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
         timings.push(timing);
         Ok(())
     };
-    let done = script.run(&mut viewer, |viewer, frame| {
-        write_frame(viewer, frame).map_err(Stopped::Frame)
-    });
+    let done = script.run(&mut viewer, write_frame);
     done.map_err(|stopped| match stopped {
         Stopped::Script(error) => in_script(error).into(),
         Stopped::Frame(error) => error,
