@@ -33,6 +33,9 @@ pub mod opening;
 mod page;
 #[cfg(not(target_arch = "wasm32"))]
 mod plain_hair;
+// For the programs.
+#[doc(hidden)]
+pub mod options;
 pub mod script;
 pub mod session;
 pub mod timings;

@@ -25,6 +25,7 @@ use clap::Subcommand;
 use super::Outcome;
 
 pub use doubts::{doubts, note_doubts};
+pub use units::parse_cm;
 
 /// Import, export, convert, check, edit or generate hair
 #[derive(clap::Args)]

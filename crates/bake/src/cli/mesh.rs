@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 use clap::{Subcommand, ValueEnum};
 use strandlight_bake::grooms::bust;
 use strandlight_formats::{
-    BakedFile, FileKind, Kind, LengthUnit, Mesh, MeshSource, SNIFF_BYTES, UpAxis, content_hash,
-    read_file,
+    BakedFile, FileKind, Kind, Mesh, MeshSource, SNIFF_BYTES, UpAxis, content_hash, read_file,
 };
 
+use super::groom::parse_cm;
 use super::{Failure, Outcome, check_outputs, check_own_extension, note, print_line, write_output};
 use parts::{MAX_BYTES, Parts};
 
@@ -48,7 +48,7 @@ struct ImportArgs {
     output: PathBuf,
     /// Unit of the file: mm, cm, in, ft, m or a number of centimetres [default: cm for OBJ, m for
     /// glTF]
-    #[arg(long, value_parser = parse_unit)]
+    #[arg(long, value_parser = parse_cm)]
     unit: Option<f64>,
     /// Up axis of the file
     #[arg(long, value_enum, default_value = "y")]
@@ -70,19 +70,6 @@ impl Up {
             Up::Z => UpAxis::Z,
         }
     }
-}
-
-/// Centimetres in a unit.
-fn parse_unit(text: &str) -> Result<f64, String> {
-    let named = LengthUnit::from_name(text).map(LengthUnit::cm);
-    let cm = named.or_else(|| text.parse().ok()).unwrap_or(f64::NAN);
-    if (1e-6..=1e6).contains(&cm) {
-        return Ok(cm);
-    }
-    let names = LengthUnit::ALL.map(LengthUnit::name).join(", ");
-    Err(format!(
-        "must be {names} or a number of centimetres in 1e-6..=1e6"
-    ))
 }
 
 /// Runs the command.

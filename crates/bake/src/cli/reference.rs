@@ -16,6 +16,7 @@ use strandlight_reference::{
     MAX_TRUTH_SAMPLES, MeshRays, Method, Painted, PathTracer, RayShoot, ReferenceFile,
     ReferencePart, samples_of_part,
 };
+use strandlight_runtime::options::{parse_size, parse_time};
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::PaintTexel;
 use strandlight_scattering::dual_scattering::{
@@ -74,9 +75,9 @@ struct TraceArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     lights: Option<u32>,
     /// Width and height in pixels [default: the scene's]
-    #[arg(long, value_name = "WxH", value_parser = super::render::parse_size)]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
-    #[arg(long, value_name = "SECONDS", value_parser = super::render::parse_time, default_value_t = 0.0,
+    #[arg(long, value_name = "SECONDS", value_parser = parse_time, default_value_t = 0.0,
         help = super::render::time_help())]
     time: f64,
     /// Random seed

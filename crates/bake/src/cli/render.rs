@@ -26,7 +26,7 @@ use crate::cli::progress::progress;
 use args::{Format, format_of};
 use report::{inputs, report};
 
-pub use args::{Args, parse_size, parse_time, time_help};
+pub use args::{Args, time_help};
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {

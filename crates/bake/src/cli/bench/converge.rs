@@ -7,11 +7,11 @@ use strandlight_formats::Scene;
 use strandlight_lab::bench::converge::{
     ConvergeError, Convergences, Options, converge, figure, n_steps,
 };
+use strandlight_runtime::options::parse_size;
 use strandlight_scene::RenderError;
 use strandlight_scene::budget::{MAX_TARGET_SIDE, check_target};
 
 use crate::cli::progress::progress;
-use crate::cli::render::parse_size;
 use crate::cli::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
 
 /// Measure how fast `render --converge` goes to path-traced truth

@@ -16,11 +16,11 @@ use strandlight_lab::bench::estimate::{GPUS, Gpu, Pass};
 use strandlight_lab::bench::frames::{FrameCost, Progress, frame_costs, n_frames};
 use strandlight_lab::bench::window_frames::{WindowCost, window_costs};
 use strandlight_render::gpu::Context;
+use strandlight_runtime::options::parse_size;
 use strandlight_scene::budget::MAX_TARGET_SIDE;
 use strandlight_scene::{PreparedScene, RenderError, SceneError};
 
 use super::against;
-use crate::cli::render::parse_size;
 use crate::cli::scenes::table_2;
 use crate::cli::{Failure, Outcome, print_line};
 

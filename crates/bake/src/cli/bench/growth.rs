@@ -10,6 +10,7 @@ use strandlight_formats::{BakedFile, LightSet, Scene, SrbfLight};
 use strandlight_images::Map;
 use strandlight_lab::bench::cpu_frames::{PictureCost, edit_costs, n_edit_pictures};
 use strandlight_lab::bench::growth::{FRAMES, Growth, Row, Sweep};
+use strandlight_runtime::options::parse_size;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::assets::{Assets, ModesToRead};
 use strandlight_scene::budget::{MAX_TARGET_SIDE, check_target};
@@ -17,7 +18,6 @@ use strandlight_scene::files::Files;
 use strandlight_scene::progress::Progress;
 
 use crate::cli::progress::progress;
-use crate::cli::render::parse_size;
 use crate::cli::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
 
 /// Height in pixels of the map that lights are fitted to.

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 use strandlight_formats::Scene;
 use strandlight_lab::bench::peers::{Options, Peers, PeersError, n_steps, peers};
+use strandlight_runtime::options::parse_size;
 use strandlight_scene::RenderError;
 use strandlight_scene::budget::{MAX_TARGET_SIDE, check_target};
 
 use crate::cli::progress::progress;
-use crate::cli::render::parse_size;
 use crate::cli::{Failure, Outcome, print_line};
 
 /// Compare the cost of a picture with that of brute force at the same error

@@ -65,7 +65,7 @@ pub fn parse_unit(text: &str) -> Result<Unit, String> {
     }
 }
 
-/// Parses the unit of a file that is written, as centimetres.
+/// Parses a unit that is not asked of the file, as centimetres.
 pub fn parse_cm(text: &str) -> Result<f64, String> {
     cm_of(text).ok_or_else(|| {
         let names = unit_names();

@@ -8,9 +8,9 @@ use strandlight_bake::aov::Group;
 use strandlight_formats::{RenderSection, Scattering};
 use strandlight_lab::transmittance::Method;
 use strandlight_runtime::BackendChoice;
+use strandlight_runtime::options::{parse_key, parse_size, parse_time};
 use strandlight_runtime::script::MAX_SCRIPT_FRAMES;
-use strandlight_runtime::session::parse_value;
-use strandlight_scene::budget::{MAX_PIXELS, MAX_SAMPLES, MAX_SECONDS, MAX_SIDE, check_frame};
+use strandlight_scene::budget::{MAX_PIXELS, MAX_SAMPLES, MAX_SECONDS, MAX_SIDE};
 use strandlight_scene::shadow_maps::MAX_SHADOW_MAPS;
 
 use super::aov::{Aov, aov, parse_group};
@@ -140,28 +140,6 @@ fn shadow_maps_help() -> String {
 /// Help of `--time`.
 pub fn time_help() -> String {
     format!("Animation time in seconds, 0..={MAX_SECONDS}")
-}
-
-/// A size on the command line, like 720x480.
-pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let parsed = text
-        .split_once(['x', 'X'])
-        .and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
-    let size = parsed.ok_or("a size is two numbers like 720x480")?;
-    check_frame(size, 1).map_err(|error| error.to_string())?;
-    Ok(size)
-}
-
-fn parse_key(text: &str) -> Result<(String, Value), String> {
-    let (key, value) = text.split_once('=').ok_or("must be KEY=VALUE")?;
-    Ok((key.trim().to_owned(), parse_value(value)))
-}
-
-/// A time on the command line, seconds.
-pub fn parse_time(text: &str) -> Result<f64, String> {
-    let parsed = text.parse().ok();
-    let seconds = parsed.filter(|seconds| (0.0..=MAX_SECONDS).contains(seconds));
-    seconds.ok_or_else(|| format!("a time is a number of seconds in 0..={MAX_SECONDS}"))
 }
 
 fn parse_scattering(text: &str) -> Result<Scattering, String> {

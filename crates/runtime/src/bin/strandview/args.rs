@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value};
 use strandlight_formats::nearest;
 use strandlight_runtime::BackendChoice;
+use strandlight_runtime::options::{OptionError, parse_key, parse_size, parse_time};
 use strandlight_runtime::script::MAX_SCRIPT_FRAMES;
-use strandlight_runtime::session::parse_value;
-use strandlight_scene::budget::{MAX_PIXELS, MAX_SAMPLES, MAX_SECONDS, MAX_SIDE, check_frame};
+use strandlight_scene::budget::{MAX_PIXELS, MAX_SAMPLES, MAX_SECONDS, MAX_SIDE};
 
 /// The first line of `--help`, appended to every error about the command line.
 pub const USAGE: &str = "usage: strandview [FILE] [--set KEY=VALUE]... [--size WxH] [--samples N], opens a window with a \
@@ -131,14 +131,14 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
             "--quiet" => args.quiet = true,
             "--lose-device" => args.loses_device = true,
             "--set" => {
-                let (key, value) = key_and_value(&value()?)?;
+                let (key, value) = shared(&text, &value()?, parse_key)?;
                 args.set.insert(key, value);
             }
             "--size" => {
-                let size = parse_size(&value()?)?;
+                let size = shared(&text, &value()?, parse_size)?;
                 flags.insert("render.size".to_owned(), size.to_vec().into());
             }
-            "--time" => args.time = seconds(&text, &value()?)?,
+            "--time" => args.time = shared(&text, &value()?, parse_time)?,
             "--samples" => {
                 let samples = number(&text, &value()?, MAX_SAMPLES)?;
                 flags.insert("render.samples".to_owned(), samples.into());
@@ -196,33 +196,18 @@ fn backend(text: &str) -> Result<BackendChoice, String> {
     known.ok_or(format!("--backend {text}: must be auto, gpu or cpu"))
 }
 
-fn seconds(option: &str, text: &str) -> Result<f64, String> {
-    let parsed = text.parse().ok();
-    let seconds = parsed.filter(|seconds| (0.0..=MAX_SECONDS).contains(seconds));
-    seconds.ok_or(format!(
-        "{option} {text}: must be seconds in 0..={MAX_SECONDS}"
-    ))
-}
-
 fn number(option: &str, text: &str, most: u32) -> Result<u32, String> {
     let number = text.parse().ok().filter(|n| (1..=most).contains(n));
     number.ok_or(format!("{option} {text}: must be 1..={most}"))
 }
 
-fn key_and_value(text: &str) -> Result<(String, Value), String> {
-    let (key, value) = text
-        .split_once('=')
-        .ok_or(format!("--set {text}: must be KEY=VALUE"))?;
-    Ok((key.trim().to_owned(), parse_value(value)))
-}
-
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let size = text
-        .split_once(['x', 'X'])
-        .and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]))
-        .ok_or(format!("--size {text}: a size is two numbers like 720x480"))?;
-    check_frame(size, 1).map_err(|error| error.to_string())?;
-    Ok(size)
+/// The value of an option that `strandlight` has as well.
+fn shared<T>(
+    option: &str,
+    text: &str,
+    parse: fn(&str) -> Result<T, OptionError>,
+) -> Result<T, String> {
+    parse(text).map_err(|error| format!("{option} {text}: {error}"))
 }
 
 #[cfg(test)]
