@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::error::{Error, Result};
+use crate::provenance::content_hash;
 pub(crate) use crate::provenance::tool_version;
 use crate::sniff::{FileKind, SNIFF_BYTES};
 
@@ -254,13 +255,16 @@ pub(crate) fn folder_of(path: &Path) -> PathBuf {
     }
 }
 
-/// [`content_hash`](crate::content_hash) of the bytes of a regular file, however long it is.
+/// [`content_hash`](crate::content_hash) of all bytes of a file, however long a regular one is. A
+/// pipe is read to its end, whatever kind of file comes out of it.
 ///
 /// # Errors
-/// `Io`; the path is named.
+/// `Io`, or `Value` when a pipe does not end; the path is named.
 pub fn file_hash(path: &Path) -> Result<String> {
     let hash = || -> Result<String> {
-        let (mut file, _) = open_file(path)?;
+        let Some((mut file, _)) = regular_file(path)? else {
+            return with_pipe(path, |pipe| Ok(content_hash(pipe.whole(u64::MAX)?)));
+        };
         let mut hasher = xxhash_rust::xxh3::Xxh3::new();
         let mut buffer = vec![0; 1 << 18];
         loop {
@@ -276,7 +280,6 @@ pub fn file_hash(path: &Path) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::provenance::content_hash;
 
     #[test]
     fn a_file_has_the_hash_of_its_bytes() {
@@ -328,6 +331,27 @@ mod tests {
             error.contains("file length is over 4 bytes, must be at most 4"),
             "{error}"
         );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_has_the_hash_of_all_its_bytes() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&path).status();
+        assert!(made.expect("mkfifo starts").success());
+        let text = "no container\n".repeat(SNIFF_BYTES);
+        let writer = {
+            let (path, text) = (path.clone(), text.clone());
+            std::thread::spawn(move || fs::write(path, text))
+        };
+        let hash = file_hash(&path).expect("read");
+        writer.join().expect("no panic").expect("written");
+        assert_eq!(hash, content_hash(text.as_bytes()));
+        // Nobody writes again, so that a second opening would wait for ever.
+        assert_eq!(file_hash(&path).expect("kept"), hash);
+        let read = read_file(&path, u64::MAX).expect("kept");
+        assert_eq!(read, text.as_bytes());
     }
 
     #[test]
