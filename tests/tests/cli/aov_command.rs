@@ -148,7 +148,7 @@ fn gpu_layers_add_up_to_the_picture() {
             assert_done(command.args(args))
         };
         let said = render(&["-o", &file, "--aov", "terms,modes,lights"]);
-        assert!(said.contains("15 layers"), "{said}");
+        assert!(said.contains("16 layers"), "{said}");
         render(&["-o", &plain]);
         let read = |name: &str| layer(&at.join(&file), Some(name));
         let beauty = layer(&at.join(&file), None);
@@ -300,6 +300,7 @@ fn groups_of_lights_and_fewer_modes() {
         "single.TRT",
         "light.warm",
         "light.rest",
+        "coverage",
     ];
     assert_eq!(report["layers"], serde_json::json!(expected));
     let read = |name: &str| layer(&at.join("b.exr"), Some(name));
@@ -350,7 +351,10 @@ fn gpu_data_layers_are_of_the_strands_beside_the_picture() {
     assert!(found.contains_key("R") && found.contains_key("single.R"));
     // The same whatever draws the light, and whatever else is asked for.
     let (names, some) = render("gpu", "some.exr", "position,depth,depth");
-    assert_eq!(names, serde_json::json!(["total", "depth", "position"]));
+    assert_eq!(
+        names,
+        serde_json::json!(["total", "depth", "coverage", "position"])
+    );
     assert!(!some.contains_key("tangent.X") && !some.contains_key("strand_id.Y"));
     for name in ["depth.Z", "P.X", "P.Y", "P.Z"] {
         assert!(some[name] == found[name], "{name}");

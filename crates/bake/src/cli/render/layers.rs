@@ -5,7 +5,7 @@ use strandlight_bake::aov::{Layers, measured, specs};
 use strandlight_formats::Scene;
 use strandlight_scene::assets::{Assets, ModesToRead};
 use strandlight_scene::files::Files;
-use strandlight_scene::layers::{Layer, data_layers};
+use strandlight_scene::layers::{COVERAGE, Layer, data_layers};
 use strandlight_scene::provenance::Recorder;
 use strandlight_scene::{PreparedScene, SceneError};
 
@@ -63,7 +63,10 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
     }
     let provenance = provenance.drawn(layers.samples, &name);
     let of_light = layers.layers.iter().map(|layer| layer.name.clone());
-    let of_data = data.iter().map(|layer| layer.name.to_owned());
+    // Coverage is written though nobody asks for it.
+    let all = data_layers().map(|(layer, _)| layer);
+    let of_data = all.filter(|layer| **layer == COVERAGE || data.contains(layer));
+    let of_data = of_data.map(|layer| layer.name.to_owned());
     let names: Vec<String> = of_light.chain(of_data).collect();
     let (samples, visibility) = (layers.samples, layers.visibility.clone());
     let bytes = layers
