@@ -62,7 +62,7 @@ impl Files {
     pub fn hold(&self, path: &Path, bytes: impl Into<Arc<[u8]>>) {
         if let Files::Memory(files) | Files::Over(files) = self {
             let mut files = files.lock().unwrap_or_else(PoisonError::into_inner);
-            files.insert(plain(path), bytes.into());
+            files.insert(self.key(path), bytes.into());
         }
     }
 
@@ -78,7 +78,22 @@ impl Files {
     pub fn release(&self, path: &Path) {
         if let Files::Over(files) = self {
             let mut files = files.lock().unwrap_or_else(PoisonError::into_inner);
-            files.remove(&plain(path));
+            files.remove(&self.key(path));
+        }
+    }
+
+    /// What a file in memory is found by, however its path is written: in a page the path alone, since nothing else is known of
+    /// its folders, otherwise from the root.
+    fn key(&self, path: &Path) -> PathBuf {
+        let Files::Over(_) = self else {
+            return plain(path);
+        };
+        let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let folder = whole.parent().map(Path::canonicalize);
+        match (folder, whole.file_name()) {
+            // Links in it are known, so that `..` after one leads where the file system says.
+            (Some(Ok(folder)), Some(name)) => folder.join(name),
+            _ => plain(&whole),
         }
     }
 
@@ -277,7 +292,7 @@ impl Files {
             Files::Disk => None,
             Files::Memory(files) | Files::Over(files) => {
                 let files = files.lock().unwrap_or_else(PoisonError::into_inner);
-                files.get(&plain(path)).cloned()
+                files.get(&self.key(path)).cloned()
             }
         }
     }
@@ -318,6 +333,37 @@ fn plain(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn files_over_the_disk_are_found_however_their_paths_are_written() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let current = std::env::current_dir().expect("a folder");
+        let up: PathBuf = current.components().skip(1).map(|_| "..").collect();
+        let relative = up.join(folder.path().strip_prefix("/").expect("from the root"));
+        for inner in ["scenes/links", "maps"] {
+            std::fs::create_dir_all(folder.path().join(inner)).expect("made");
+        }
+        let link = folder.path().join("link");
+        std::os::unix::fs::symlink("scenes/links", link).expect("a link");
+        let files = Files::over_disk();
+        let whole = std::path::absolute(folder.path()).expect("a folder");
+        files.hold(&whole.join("maps/a.lights"), *b"held");
+        for written in [
+            "maps/a.lights",
+            "scenes/../maps/a.lights",
+            "link/../../maps/./a.lights",
+        ] {
+            let path = relative.join(written);
+            assert_eq!(files.read(&path, 10).expect(written), b"held");
+            assert!(files.held(&path).is_some(), "{written}");
+        }
+        // A folder that is made later.
+        files.hold(&relative.join("later/../new/b.lights"), *b"held");
+        assert!(files.exists(&whole.join("new/b.lights")));
+        files.release(&relative.join("scenes/../maps/a.lights"));
+        assert!(!files.exists(&whole.join("maps/a.lights")));
+    }
 
     #[test]
     fn files_in_memory_are_found_by_their_paths() {

@@ -348,7 +348,19 @@ impl Workspace {
         }
     }
 
+    /// Saves the picture once it is finished; at once where hair moves on, or nothing more comes.
     pub(super) fn screenshot(&mut self) {
+        let is_moving = self.state.motion.is_playing;
+        if self.is_unlogged && !is_moving && !self.is_stuck {
+            self.is_to_be_saved = true;
+            self.say("The picture is saved once it is finished");
+        } else {
+            self.save_screenshot();
+        }
+    }
+
+    pub(super) fn save_screenshot(&mut self) {
+        self.is_to_be_saved = false;
         let saved = self.document.screenshot(&self.viewer);
         match saved {
             Ok(path) => {

@@ -190,7 +190,7 @@ pub const KEYS: [(Modifiers, Key, Command, &str); 40] = {
             NONE,
             Key::P,
             Command::Screenshot,
-            "Save the window's picture (PNG)",
+            "Save the window's picture, once it is finished (PNG)",
         ),
         (BOTH, Key::C, Command::CopyLook, "Copy the look as text"),
         (

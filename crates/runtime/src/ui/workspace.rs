@@ -104,6 +104,8 @@ pub struct Workspace {
     pub(super) is_first: bool,
     /// The finished picture of what is shown now was not logged yet.
     pub(super) is_unlogged: bool,
+    /// It is saved then.
+    pub(super) is_to_be_saved: bool,
     /// Of a change of which nothing is on screen yet: the picture that was.
     pub(super) awaited: Option<u64>,
     /// What the page was last told of the picture.
@@ -191,6 +193,7 @@ impl Workspace {
             is_empty: true,
             is_first: true,
             is_unlogged: true,
+            is_to_be_saved: false,
             awaited: None,
             #[cfg(target_arch = "wasm32")]
             told: PictureProgress::default(),
@@ -547,6 +550,9 @@ impl Workspace {
         if self.progress.is_done && std::mem::take(&mut self.is_unlogged) {
             let samples = self.progress.samples;
             self.log.write("frame", json!({ "samples": samples }));
+            if self.is_to_be_saved {
+                self.save_screenshot();
+            }
             #[cfg(not(target_arch = "wasm32"))]
             self.keep_thumbnail();
             if std::mem::take(&mut self.loses_device) {
