@@ -7,7 +7,7 @@ use strandlight_scene::camera::{Camera, ViewUniform, view_uniform};
 use strandlight_scene::progress::timed;
 use strandlight_scene::sampling::PASS_SAMPLES;
 use strandlight_scene::scene::LightRecord;
-use strandlight_scene::shadow_maps::ShadowPlan;
+use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan};
 use strandlight_scene::stats::{LIGHTING_SHARE, Observer, Stage};
 use strandlight_scene::volume::Grid;
 use strandlight_scene::{Picture, PreparedScene, RenderError, Stats};
@@ -156,7 +156,12 @@ fn light(
     if !beside.is_empty() && matches!(shadows, ShadowSource::Points(_)) {
         return Err(RenderError::ProxiesNeedSweeps);
     }
-    let (lights, sweeps) = scene.light_records();
+    let (mut lights, sweeps) = scene.light_records();
+    if let ShadowSource::Points(_) = shadows {
+        for light in &mut lights {
+            (light.shadow_index, light.first_map, light.n_maps) = (NO_SLOT, 0, 0);
+        }
+    }
     let has_narrow = are_along && lights.iter().any(LightRecord::is_narrow);
     let mut radiance = Radiance::black(scene.strands.points.len(), has_narrow);
     let (mut sweep_s, mut shade_s, mut bytes) = (0.0, 0.0, 0);

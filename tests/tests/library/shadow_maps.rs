@@ -2,14 +2,18 @@
 
 use glam::Vec3;
 use strandlight_cpu as cpu;
+use strandlight_formats::{Scene, SrbfLight};
+use strandlight_lab::transmittance::{Method, point_shadows};
 use strandlight_reference::rays::{Rays, Start};
 use strandlight_render::passes;
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::through_kernel;
+use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan, unblocked_share};
 use strandlight_scene::strands::Strands;
-use strandlight_scene::{Backend, Camera};
+use strandlight_scene::{Backend, Camera, PreparedScene};
 use strandlight_tests::render_common::{Random, context, light, relative_rmse, scene, wig};
+use strandlight_tests::scenes::{curtain, write_small_scene};
 
 fn strands_of(strands: &[Vec<Vec3>], diameter: f32) -> Strands {
     let mut offsets = vec![0];
@@ -306,4 +310,38 @@ fn maps_go_to_the_lights_that_carry_most() {
     let none = ShadowPlan::new(&lights, &strands, 0);
     assert!(none.views.is_empty() && none.slots == [NO_SLOT; 4]);
     assert!(cpu::shadow_maps(&strands, &none, EYE).is_empty());
+}
+
+/// They know no maps, and so no places along segments.
+#[test]
+fn earlier_methods_draw_suns() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let sun = SrbfLight {
+        direction: [0.0, 0.6, 0.8],
+        lambda: 0.01,
+        rgb: [900.0; 3],
+    };
+    let hair = curtain(20, 6, 0.2, 0.0);
+    let at = write_small_scene(folder.path(), &hair, vec![sun], |_| ());
+    let scene = PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair");
+    let (lights, _) = scene.light_records();
+    assert!(lights.iter().any(LightRecord::is_narrow));
+    let mean = |method: Method| {
+        let mut renderer = match method {
+            Method::Sweep => cpu::CpuRenderer::by_samples(scene.clone()),
+            _ => {
+                let find = move |scene: &_, lights: &_| point_shadows(method, scene, lights);
+                cpu::CpuRenderer::with_shadows(scene.clone(), Box::new(find))
+            }
+        };
+        let (picture, _) = renderer.render([24, 16], 4, &|_| ()).expect("a picture");
+        let all: f32 = picture.rgba.iter().map(|rgba| rgba[0]).sum();
+        all / picture.rgba.len() as f32
+    };
+    let sweep = mean(Method::Sweep);
+    assert!(sweep > 0.0);
+    for method in Method::ALL {
+        let found = mean(method) / sweep;
+        assert!((0.5..2.0).contains(&found), "{method:?}: {found}");
+    }
 }
