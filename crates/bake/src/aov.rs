@@ -3,10 +3,13 @@
 //!
 //! Every layer is a picture of its own, of the same strands, shadow maps and samples, and with the
 //! same light counted as negligible; only what shines or scatters differs. So sums of layers are
-//! the whole picture but for rounding.
+//! the whole picture but for rounding. Where there are layers of single modes multiple scattering is
+//! by the closed form, not by tables, which is slower.
 //!
 //! Data layers, which are not light and do not add up, go into the same file. All layers are declared
 //! in [`LAYERS`], with their channels.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use strandlight_formats::{Background, Scattering};
 use strandlight_scattering::Lobe;
@@ -15,7 +18,7 @@ use strandlight_scene::layers::{
 };
 use strandlight_scene::provenance::Provenance;
 use strandlight_scene::proxy::Proxy;
-use strandlight_scene::stats::FrameStats;
+use strandlight_scene::stats::{FrameStats, Observer};
 use strandlight_scene::{
     Backend, GroupFault, Picture, PreparedScene, RenderError, SceneError, Stats, memory,
 };
@@ -171,7 +174,7 @@ fn draw(
     whole: &PreparedScene,
     spec: &Spec,
     background: Background,
-    frame: ([u32; 2], u32),
+    frame: ([u32; 2], u32, Observer),
 ) -> Result<(Picture, Stats), RenderError> {
     backend.set_hair(whole.hair.hair(), &spec.modes)?;
     backend.set_scattering(spec.scattering);
@@ -185,19 +188,20 @@ fn draw_over(
     backend: &mut dyn Backend,
     whole: &PreparedScene,
     background: Background,
-    (size, samples): ([u32; 2], u32),
+    (size, samples, observer): ([u32; 2], u32, Observer),
 ) -> Result<(Picture, Stats), RenderError> {
     backend.set_grade(whole.exposure, whole.display.clone(), background);
-    backend.render(size, samples, &|_| ())
+    backend.render(size, samples, observer)
 }
 
 /// The scene that layers of light, `specs`, are drawn of: its shadow maps and negligible power stay those of all its
-/// lights. Without any it is the scene itself, whose picture takes less.
+/// lights. Without layers of single modes its picture is that of the scene itself, which takes less.
 pub fn measured(scene: &PreparedScene, specs: &[Spec]) -> PreparedScene {
     let mut scene = scene.clone();
     if !specs.is_empty() {
         scene.reference_amplitudes = Some(scene.lights.iter().map(|light| light.rgb).collect());
     }
+    scene.modes_add_up = specs.iter().any(|spec| spec.modes != scene.hair.modes());
     scene
 }
 
@@ -264,7 +268,7 @@ impl Layers {
         (specs, data): (&[Spec], &[&Layer]),
         size: [u32; 2],
         samples: u32,
-        observe: &dyn Fn(f64),
+        observe: Observer,
     ) -> Result<Layers, RenderError> {
         check_memory(specs.len() + data.len(), size)?;
         let scene = backend.scene().clone();
@@ -275,38 +279,50 @@ impl Layers {
             modes: scene.hair.modes().to_vec(),
             lights: None,
         };
-        let frame = (size, samples);
-        let draw = |backend: &mut dyn Backend, spec: &Spec| {
-            draw(backend, &scene, spec, Background::None, frame)
+        // Proxies are in no layer of the hair.
+        let is_black = |proxy: &Proxy| proxy.albedo() == [0.0; 3];
+        let has_light_of_proxies = !scene.proxies.iter().all(is_black);
+        let has_background = scene.background != Background::None;
+        let n_pictures =
+            1 + usize::from(has_background) + usize::from(has_light_of_proxies) + specs.len();
+        let n_drawn = AtomicUsize::new(0);
+        let observe_picture = |share: f64| {
+            let n_drawn = n_drawn.load(Ordering::Relaxed) as f64;
+            observe((n_drawn + share) / n_pictures as f64);
+        };
+        let frame = (size, samples, &observe_picture as Observer);
+        let draw_over = |backend: &mut dyn Backend, background: Background| {
+            let drawn = draw_over(backend, &scene, background, frame)?;
+            n_drawn.fetch_add(1, Ordering::Relaxed);
+            Ok::<_, RenderError>(drawn)
         };
         let text = |stats: &Stats| FrameStats(stats).to_string();
         // That of the scene as it is.
-        let (beauty, of_picture) = draw_over(backend, &scene, scene.background, frame)?;
+        let (beauty, of_picture) = draw_over(backend, scene.background)?;
         let mut stats = vec![(PICTURE.name.to_owned(), text(&of_picture))];
         let seen = match scene.background {
             Background::None => beauty.clone(),
             _ => {
-                let (seen, of_seen) = draw_over(backend, &scene, Background::None, frame)?;
+                let (seen, of_seen) = draw_over(backend, Background::None)?;
                 stats.push(("picture without background".to_owned(), text(&of_seen)));
                 seen
             }
         };
-        // Proxies are in no layer of the hair: black from here on, where they are not yet.
-        let is_black = |proxy: &Proxy| proxy.albedo() == [0.0; 3];
-        let hair = match scene.proxies.iter().all(is_black) {
-            true => seen.clone(),
-            false => {
+        let hair = match has_light_of_proxies {
+            false => seen.clone(),
+            true => {
+                // From here on.
                 let mut black = scene.proxies.clone();
                 black.iter_mut().for_each(|it| *it.albedo_mut() = [0.0; 3]);
                 backend.set_proxies(black);
-                let (hair, of_hair) = draw_over(backend, &scene, Background::None, frame)?;
+                let (hair, of_hair) = draw_over(backend, Background::None)?;
                 stats.push((whole.name(), text(&of_hair)));
                 hair
             }
         };
         let mut coverage = hair.rgba.iter().map(|rgba| rgba[3]).collect();
         let mut layers = vec![LightLayer::new(&TOTAL, "", planes(&hair).into())];
-        if scene.background != Background::None {
+        if has_background {
             let behind = difference(&beauty, &seen);
             layers.push(LightLayer::new(&BACKGROUND, "", behind.into()));
         }
@@ -317,9 +333,9 @@ impl Layers {
             planes.push(of_proxies);
             layers.push(LightLayer::new(&PROXIES, "", planes));
         }
-        for (ix, spec) in specs.iter().enumerate() {
-            observe((ix + 1) as f64 / (specs.len() + 1) as f64);
-            let (picture, spec_stats) = draw(backend, spec)?;
+        for spec in specs {
+            let (picture, spec_stats) = draw(backend, &scene, spec, Background::None, frame)?;
+            n_drawn.fetch_add(1, Ordering::Relaxed);
             stats.push((spec.name(), text(&spec_stats)));
             layers.push(LightLayer::new(
                 spec.layer,

@@ -76,6 +76,7 @@ impl LightLayer {
             *proxy.albedo_mut() = [0.0; 3];
         }
         scene.reference_amplitudes = Some(colors.clone());
+        scene.modes_add_up = matches!(self, LightLayer::Mode(_));
         let mut renderer = CpuRenderer::new(scene);
         if let LightLayer::Light(wanted) = self {
             let of_one = (0..).zip(&colors);

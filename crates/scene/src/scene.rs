@@ -56,6 +56,9 @@ pub struct PreparedScene {
     /// is a share of; those of `lights` where there are none. Pictures of some lights or terms of
     /// a scene add up to that of all if these stay the same.
     pub reference_amplitudes: Option<Vec<[f32; 3]>>,
+    /// Must pictures of single modes add up to that of all? Those of their tables of multiple scattering do to 0.1 %, so the closed
+    /// form, which is slower, takes their place.
+    pub modes_add_up: bool,
     scattering: Scattering,
     paint: Option<Arc<Vec<PaintedPoint>>>,
     /// Tables of the closed forms: C where R is drawn.
@@ -215,6 +218,7 @@ impl PreparedScene {
             shadow_maps: scene.render.shadow_maps,
             record_budget: RECORD_BUDGET,
             reference_amplitudes: None,
+            modes_add_up: false,
             scattering: scene.render.scattering,
             paint: None,
             tables: assets.tables.shading.clone(),
@@ -256,6 +260,7 @@ impl PreparedScene {
             shadow_maps: RenderSection::default().shadow_maps,
             record_budget: RECORD_BUDGET,
             reference_amplitudes: None,
+            modes_add_up: false,
             scattering: Scattering::Total,
             paint: None,
             tables,
@@ -296,11 +301,11 @@ impl PreparedScene {
         }
     }
 
-    /// Do tables of one fibre serve all points? Not where each has a fibre of its own; nor where
-    /// pictures of single modes must add up to that of all, which those of their tables do to 0.1 %.
+    /// Do tables of one fibre serve all points? Not where each has a fibre of its own, nor where [modes add
+    /// up](PreparedScene::modes_add_up).
     #[doc(hidden)]
     pub fn has_one_fibre(&self) -> bool {
-        self.paint.is_none() && self.reference_amplitudes.is_none()
+        self.paint.is_none() && !self.modes_add_up
     }
 
     /// What the tables are filled from that stand for multiple scattering, if they serve all points
@@ -532,7 +537,7 @@ impl PreparedScene {
     }
 
     /// How light is spread over the width of a strand, where `view` may show some that are wider than [`WIDE_PX`].
-    /// Pictures of single modes, which must add up to that of all, have none. `kept` may be that of another view, if
+    /// Pictures of parts of the light, which must add up to that of all, have none. `kept` may be that of another view, if
     /// the hair was not edited since.
     #[doc(hidden)]
     pub fn width_profile(

@@ -60,6 +60,29 @@ fn relative(a: &[[f32; 3]], b: &[[f32; 3]]) -> f64 {
     (difference / norm).sqrt()
 }
 
+/// Without layers of single modes nothing is drawn otherwise than without layers.
+#[test]
+fn layers_by_term_and_light_leave_the_picture_as_it_is() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let mut scene = Scene::read(at.join("a.toml")).expect("a scene");
+    // Strands that are wide on screen are not shaded over their width where parts must add up.
+    scene.hair.diameter_cm = Some(0.01);
+    write_scene(at, "a.toml", &scene);
+    let render = |out: &str, more: &[&str]| {
+        let mut command = strandlight();
+        command.current_dir(at).args(["render", "a.toml", "-o", out]);
+        assert_done(command.args(["--backend", "cpu"]).args(more));
+        layer(&at.join(out), None)
+    };
+    let alone = render("alone.exr", &[]);
+    assert!(render("layers.exr", &["--aov", "terms,lights"]) == alone);
+    let of = |name: &str| layer(&at.join("layers.exr"), Some(name));
+    let terms = sum(&["single", "global", "local"].map(of));
+    assert!(relative(&terms, &of("total")) < 1e-5);
+}
+
 /// A light that is off keeps its place: in the prepared scene however it was prepared, in the names
 /// of layers, and for the viewer. The picture is that of a set without it.
 #[test]

@@ -368,13 +368,12 @@ fn recolored(bounced: &Bounced, lit: Option<&Proxies>) -> Vec<[f32; 4]> {
         .collect()
 }
 
-/// Are there points of the fibre that tables are of? Painted points have fibres of their own. Nor are
-/// there tables where pictures of single modes must add up to that of all, which those of their tables do
-/// to 0.1 %.
+/// Are there points of the fibre that tables are of? Painted points have fibres of their own. Nor are there tables where
+/// [modes add up](PreparedScene::modes_add_up).
 pub(super) fn needs_tables(scene: &PreparedScene) -> bool {
     let has_plain = match scene.paint() {
         Some(paint) => paint.iter().any(|point| !point.is_painted()),
         None => true,
     };
-    has_plain && scene.reference_amplitudes.is_none()
+    has_plain && !scene.modes_add_up
 }
