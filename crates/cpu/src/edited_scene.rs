@@ -37,6 +37,7 @@ struct Bending {
 }
 
 /// Strands that wind has bent.
+#[cfg(not(target_arch = "wasm32"))]
 #[derive(Clone)]
 pub(super) struct BentStrands {
     wind: Wind,
@@ -148,6 +149,7 @@ impl EditedScene {
     }
 
     /// What [`EditedScene::bend`] has made.
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn bent(&self) -> Option<BentStrands> {
         let bending = self.wind.as_ref().filter(|bending| bending.is_bent)?;
         Some(BentStrands {
@@ -158,6 +160,7 @@ impl EditedScene {
     }
 
     /// Takes strands that [`EditedScene::bend`] made elsewhere, if they are bent from those of this scene: by its wind, or by one before it.
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn take_bent(&mut self, bent: &BentStrands) {
         if let Some(bending) = &mut self.wind
             && !bending.is_bent

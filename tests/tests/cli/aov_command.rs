@@ -72,7 +72,9 @@ fn layers_by_term_and_light_leave_the_picture_as_it_is() {
     write_scene(at, "a.toml", &scene);
     let render = |out: &str, more: &[&str]| {
         let mut command = strandlight();
-        command.current_dir(at).args(["render", "a.toml", "-o", out]);
+        command
+            .current_dir(at)
+            .args(["render", "a.toml", "-o", out]);
         assert_done(command.args(["--backend", "cpu"]).args(more));
         layer(&at.join(out), None)
     };
