@@ -294,7 +294,9 @@ mod tests {
     #[test]
     fn eight_rows_are_as_one_by_one() {
         let fixture = Fixture::new();
-        for ix in 0..8 {
+        // All terms once where vectors are arrays, which takes long.
+        let n = if cfg!(feature = "fallback") { 3 } else { 8 };
+        for ix in 0..n {
             let hair = params(&mut SplitMix64::of_item(5, ix), false);
             let averages = pack_averages(&AverageTable::new(&hair, Fresnel::Dielectric));
             let of_fibre = fixture.hair_of(&hair);
