@@ -8,7 +8,7 @@ use pyo3::types::{PyBytes, PyDict};
 use rayon::prelude::*;
 use strandlight_bake::lights::exchange::{lambda, sharpness};
 use strandlight_bake::lights::{
-    FitOptions, STEPS, evaluate, fit, light_set, light_set_png, preview_png, radiance,
+    FitOptions, STEPS, evaluate, fit, light_set, light_set_png, preview_png, radiance, texel_means,
 };
 use strandlight_formats::{BakedFile, LightSet as Lights, LightSetInfo, SrbfLight};
 use strandlight_images::{LatLong, Map, MapSelection};
@@ -240,7 +240,7 @@ impl LightSet {
         shaped(py, answer.into_flattened(), &[n, 3])
     }
 
-    /// The environment as a map `(height, width, 3)`.
+    /// The environment as a map `(height, width, 3)` of means over texels.
     fn map<'py>(
         &self,
         py: Python<'py>,
@@ -253,14 +253,7 @@ impl LightSet {
                 let what = format!("a map of {width} x {height}: each must be in 1..={MAX_SIDE}");
                 return Err(Fault::value(what));
             }
-            let row = |row: usize| {
-                (0..width).flat_map(move |column| {
-                    let direction = grid.direction(column as f64 + 0.5, row as f64 + 0.5);
-                    radiance(&self.0.lights, direction).map(|x| x as f32)
-                })
-            };
-            let pixels: Vec<f32> = (0..height).into_par_iter().flat_map_iter(row).collect();
-            Ok(pixels)
+            Ok(texel_means(&self.0.lights, grid).into_flattened())
         })?;
         shaped(py, pixels, &[height, width, 3])
     }

@@ -50,12 +50,42 @@ fn light_set_as_json_and_picture() {
     done(at, &["export", "a.lights", "-o", "a.exr", "--width", "64"]);
     let map = strandlight_images::Map::read(&at.join("a.exr")).expect("a map");
     assert_eq!((map.width(), map.height()), (64, 32));
-    // Pixel (32, 16) looks along +Z but for half a pixel in both angles.
-    let angle = 0.5 * std::f64::consts::PI / 32.0;
-    let cosine = angle.cos() * angle.cos();
-    let expected = 2.0 * (2.0 * (cosine - 1.0) / 0.25).exp();
+    // Pixel (32, 16) starts at +Z, and holds its mean.
+    let (mut sum, mut area) = (0.0, 0.0);
+    for ix in 0..200 * 200 {
+        let angle = |ix: usize| std::f64::consts::PI / 32.0 * (ix as f64 + 0.5) / 200.0;
+        let (latitude, longitude) = (angle(ix / 200), angle(ix % 200));
+        let cosine = latitude.cos() * longitude.cos();
+        sum += latitude.cos() * 2.0 * (2.0 * (cosine - 1.0) / 0.25).exp();
+        area += latitude.cos();
+    }
+    let expected = sum / area;
     let green = f64::from(map.pixels()[16 * 64 + 32][1]);
     assert!((green / expected - 1.0).abs() < 1e-5, "{green} {expected}");
+    // The light of 0.1 is narrower than two pixels of it.
+    let energies = [16, 64, 300].map(|width: u32| {
+        let width = width.to_string();
+        done(
+            at,
+            &["export", "a.lights", "-o", "a.exr", "--width", &width],
+        );
+        strandlight_images::Map::read(&at.join("a.exr"))
+            .expect("a map")
+            .energy()
+    });
+    let solid_angle = |lambda: f64| {
+        std::f64::consts::PI * lambda * lambda * (1.0 - (-4.0 / (lambda * lambda)).exp())
+    };
+    let expected = [
+        solid_angle(0.5) + 0.1 * solid_angle(0.1),
+        2.0 * solid_angle(0.5),
+        3.0 * solid_angle(0.5),
+    ];
+    for energy in energies {
+        for (found, wanted) in energy.into_iter().zip(expected) {
+            assert!((found / wanted - 1.0).abs() < 1e-5, "{found} {wanted}");
+        }
+    }
 }
 
 fn tables() -> TableFile {

@@ -6,9 +6,8 @@ mod tables;
 
 use std::path::{Path, PathBuf};
 
-use rayon::prelude::*;
 use strandlight_bake::lights::rig::{self, RigTarget};
-use strandlight_bake::lights::{exchange, radiance, rest_parameter};
+use strandlight_bake::lights::{exchange, rest_parameter, texel_means};
 use strandlight_formats::{BakedFile, FileKind, Kind, LightSet, TableFile};
 use strandlight_images::exr_file;
 use strandlight_images::{LatLong, Map};
@@ -246,16 +245,10 @@ fn pattern(output: &Path) -> impl Fn(&str) -> PathBuf + '_ {
     }
 }
 
-/// The radiance of the light set in every direction, as an OpenEXR file.
+/// The map of the light set, as an OpenEXR file.
 fn reconstruct(set: &LightSet, width: usize, height: usize) -> Result<Vec<u8>, String> {
     let grid = LatLong { width, height };
-    let pixels: Vec<[f32; 3]> = (0..width * height)
-        .into_par_iter()
-        .map(|ix| {
-            let (x, y) = ((ix % width) as f64 + 0.5, (ix / width) as f64 + 0.5);
-            radiance(&set.lights, grid.direction(x, y)).map(|value| value as f32)
-        })
-        .collect();
+    let pixels = texel_means(&set.lights, grid);
     let channel = |c: usize| pixels.iter().map(|pixel| pixel[c]).collect();
     let channels = vec![
         exr_file::floats("R", channel(0)),

@@ -10,6 +10,7 @@
 //! - [`separate`]: compact sources as lights, the rest as a map.
 //! - [`evaluate`]: how far a light set is from its map; [`preview_png`]: the same to look at;
 //!   [`light_set()`]: the file; [`panorama()`]: the map for the background of pictures.
+//! - [`texel_means`]: a light set as a map.
 //! - [`exchange`]: light sets for other programs; [`rig`]: as lights of USD.
 //!
 //! ```
@@ -44,6 +45,7 @@ mod search;
 mod spectrum;
 mod sphere;
 mod sun;
+mod texels;
 
 pub use budget::{
     Budget, ChosenFit, CountError, Metric, curve_steps, fibre_error_of, fit_to_budget,
@@ -56,3 +58,4 @@ pub use panorama::panorama;
 pub use preview::{Pictures, light_set_png, pictures, preview_png};
 pub use report::evaluate;
 pub use residual::{MAX_SUNS, Separated, evaluate_with_residual, rest_parameter, separate};
+pub use texels::texel_means;
