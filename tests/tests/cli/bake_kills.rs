@@ -234,3 +234,25 @@ fn make_runs_it_when_an_input_changes_or_goes() {
         "{rules}"
     );
 }
+
+#[test]
+fn make_runs_it_when_an_input_comes() {
+    let folder = project(1);
+    let at = folder.path();
+    fs::write(at.join("Makefile"), MAKEFILE).expect("written");
+    let ran = || shell(at, "make --no-print-directory -s all").contains("ran");
+    for out in ["out", "hair/out"] {
+        let manifest =
+            format!("version = 1\n[[groom]]\nin = 'hair/*.hair'\nout = '{out}/{{stem}}.groom'\n");
+        fs::write(at.join("bake.toml"), manifest).expect("written");
+        shell(at, "rm -f bake.stamp");
+        assert!(ran() && !ran(), "{out}");
+        // Times of files are coarser than clocks.
+        std::thread::sleep(Duration::from_millis(50));
+        let name = out.replace('/', "_");
+        fs::write(at.join(format!("hair/{name}.hair")), hair_file(10, 4)).expect("written");
+        assert!(ran(), "{out}");
+        assert!(at.join(format!("{out}/{name}.groom")).exists());
+        assert!(!ran(), "{out}");
+    }
+}

@@ -7,8 +7,8 @@ use super::text::Manifest;
 
 /// The rules of `items`: one for each item, or a single one of `target`. Names are as seen from the
 /// current folder. Each depends on the manifest, its input, and the folders that patterns look into
-/// (unless outputs are written there, which changes them). Inputs have an empty rule of their own, so
-/// that Make goes on when one is gone.
+/// (unless outputs or files of `beside`, such as the depfile, are written right there, which changes
+/// them). Inputs have an empty rule of their own, so that Make goes on when one is gone.
 ///
 /// # Errors
 /// A name that the syntax cannot express.
@@ -16,13 +16,14 @@ pub fn depfile(
     manifest: &Manifest,
     items: &[Item],
     target: Option<&str>,
+    beside: &[&Path],
 ) -> Result<String, String> {
     let mut common = Vec::new();
     // Standard input changes with every run.
     if manifest.path != Path::new("-") {
         common.push(manifest.path.clone());
     }
-    let folders = watched_folders(manifest, items);
+    let folders = watched_folders(manifest, items, beside);
     common.extend(
         folders
             .iter()

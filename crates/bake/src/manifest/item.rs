@@ -1,6 +1,6 @@
 //! What a manifest asks for, one item for each input.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Component, Path, PathBuf};
 
 use strandlight_formats::{Error, Result, nearest};
@@ -236,9 +236,10 @@ fn plain(path: &Path) -> PathBuf {
     plain
 }
 
-/// Folders that patterns of `manifest` look into, if no item of `items` writes there: they change
-/// when a file comes or goes.
-pub fn watched_folders(manifest: &Manifest, items: &[Item]) -> Vec<PathBuf> {
+/// Folders that patterns of `manifest` look into: they change when a file comes or goes. Those are
+/// left out in which an output lies, or a file of `beside`, as seen from the current folder: every
+/// run would change them. A folder below is made once, before the outputs in it.
+pub fn watched_folders(manifest: &Manifest, items: &[Item], beside: &[&Path]) -> Vec<PathBuf> {
     let mut folders: Vec<PathBuf> = items
         .iter()
         .filter_map(|item| item.input.as_deref().and_then(Path::parent))
@@ -253,15 +254,20 @@ pub fn watched_folders(manifest: &Manifest, items: &[Item]) -> Vec<PathBuf> {
     folders.sort();
     folders.dedup();
     let outputs = items.iter().flat_map(|item| &item.outputs);
-    let written: Vec<PathBuf> = outputs
-        .filter_map(|output| output.path.parent().map(plain))
+    let outputs = outputs.map(|output| manifest.folder.join(&output.path));
+    let beside = beside.iter().map(|path| path.to_path_buf());
+    let written: HashSet<PathBuf> = outputs
+        .chain(beside)
+        .filter_map(|path| path.parent().map(whole))
         .collect();
-    folders.retain(|folder| {
-        let folder = plain(folder);
-        // A folder made in another one changes it, too.
-        !written.iter().any(|written| written.starts_with(&folder))
-    });
+    folders.retain(|folder| !written.contains(&whole(&manifest.folder.join(folder))));
     folders
+}
+
+/// The [`plain`] path from the root, so that names from different folders compare.
+fn whole(path: &Path) -> PathBuf {
+    let path = Path::new(".").join(path);
+    plain(&std::path::absolute(&path).unwrap_or(path))
 }
 
 #[cfg(test)]
@@ -300,7 +306,43 @@ mod tests {
         assert_eq!(all[0].outputs[1].path, Path::new("p/a.exr.png"));
         assert_eq!(all[0].input.as_deref(), Some(Path::new("a.exr")));
         let manifest = Manifest::read(&at.join("bake.toml"), &[LIGHTS]).expect("read");
-        assert!(watched_folders(&manifest, &all).is_empty());
+        assert_eq!(watched_folders(&manifest, &all, &[]), [Path::new("")]);
+    }
+
+    #[test]
+    fn folders_are_watched_unless_a_file_is_written_right_there() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        std::fs::create_dir(at.join("maps")).expect("made");
+        for name in ["a.hdr", "maps/b.hdr"] {
+            std::fs::write(at.join(name), "").expect("written");
+        }
+        for (map, out, beside, expected) in [
+            ("*.hdr", "out/{stem}.lights", "out/bake.d", &[""][..]),
+            ("*.hdr", "out/{stem}.lights", "bake.d", &[]),
+            ("*.hdr", "{stem}.lights", "out/bake.d", &[]),
+            ("maps/*.hdr", "maps/out/{stem}.lights", "bake.d", &["maps"]),
+            (
+                "maps/*.hdr",
+                "out/{stem}.lights",
+                "maps/../bake.d",
+                &["maps"],
+            ),
+            ("maps/*.hdr", "out/{stem}.lights", "maps/bake.d", &[]),
+            ("maps/*.hdr", "maps/{stem}.lights", "bake.d", &[]),
+            ("maps/*.hdr", "out/../maps/{stem}.lights", "bake.d", &[]),
+        ] {
+            let text = format!("[[lights]]\nmap = '{map}'\nout = '{out}'");
+            let all = found(at, &text).expect("items");
+            let manifest = Manifest::read(&at.join("bake.toml"), &[LIGHTS]).expect("read");
+            let watched = watched_folders(&manifest, &all, &[&at.join(beside)]);
+            let expected: Vec<PathBuf> = expected.iter().map(PathBuf::from).collect();
+            assert_eq!(watched, expected, "{map} {out} {beside}");
+        }
+        // Names as seen from the current folder.
+        let here = std::path::absolute(".").expect("a folder");
+        assert_eq!(whole(Path::new("")), here);
+        assert_eq!(whole(Path::new("a/../b")), here.join("b"));
     }
 
     #[test]

@@ -13,7 +13,7 @@ use super::items::{check_beside, judge_all, read, rows};
 use super::kinds::Kitchen;
 use crate::cli::progress::progress;
 use crate::cli::shard::{Shard, ShardArg};
-use crate::cli::{Failure, Outcome};
+use crate::cli::{Failure, Outcome, is_stream};
 
 #[derive(clap::Args)]
 pub struct RunArgs {
@@ -81,7 +81,8 @@ pub fn run(args: &RunArgs) -> Outcome {
     let (manifest, all) = read(path)?;
     let outputs = [&args.depfile, &args.events, &args.timings];
     let outputs = outputs.into_iter().flatten().map(PathBuf::as_path);
-    check_beside(&[path], &all, &outputs.collect::<Vec<_>>())?;
+    let outputs: Vec<&Path> = outputs.collect();
+    check_beside(&[path], &all, &outputs)?;
     let items = share(all, args.shard.shard.unwrap_or(Shard::WHOLE));
     if args.dry_run {
         return dry_run(&items, args);
@@ -92,7 +93,9 @@ pub fn run(args: &RunArgs) -> Outcome {
     }
     // Before the work: a name that it cannot hold is told at once.
     let depfile = args.depfile.as_ref().map(|path| {
-        let text = depfile(&manifest, &items, args.depfile_target.as_deref());
+        let beside = outputs.iter().copied().filter(|path| !is_stream(path));
+        let beside: Vec<&Path> = beside.collect();
+        let text = depfile(&manifest, &items, args.depfile_target.as_deref(), &beside);
         text.map(|text| (path, text)).map_err(Failure::Input)
     });
     let depfile = depfile.transpose()?;
