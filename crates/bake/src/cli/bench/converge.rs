@@ -28,8 +28,8 @@ pub struct Args {
     #[arg(long, value_name = "WxH", value_parser = parse_size,
         help = format!("Width and height in pixels, each 1..={MAX_TARGET_SIDE} [default: the scene's]"))]
     size: Option<[u32; 2]>,
-    /// Samples per pixel at which errors are measured, each 2..=65536
-    #[arg(long, value_name = "N", value_delimiter = ',', default_values_t = [2, 4, 8, 16, 32],
+    /// Samples per pixel at which errors are measured, each 2..=65536, comma-separated
+    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "2,4,8,16,32",
         value_parser = clap::value_parser!(u32).range(2..=65_536))]
     samples: Vec<u32>,
     /// Samples per pixel of each half of the truth, 2..=1048576

@@ -34,19 +34,19 @@ const POINTS_PER_STRAND: u32 = 50;
 /// each curve in log-log (1: linear).
 #[derive(clap::Args)]
 pub struct Args {
-    /// Numbers of points, each in strands of 50
+    /// Numbers of points, each in strands of 50, comma-separated
     #[arg(long, value_name = "N", value_delimiter = ',',
-        default_values_t = [50_000, 150_000, 500_000, 1_500_000, 5_000_000],
+        default_value = "50000,150000,500000,1500000,5000000",
         value_parser = clap::value_parser!(u32).range(100..=MAX_GENERATED_POINTS as i64))]
     points: Vec<u32>,
     #[arg(long, value_name = "N", value_delimiter = ',',
-        default_values_t = [5, 10, 20, 40, 80, 160],
+        default_value = "5,10,20,40,80,160",
         value_parser = clap::value_parser!(u16).range(1..=MAX_FITTED_LIGHTS as i64),
-        help = format!("Numbers of lights, each 1..={MAX_FITTED_LIGHTS}"))]
+        help = format!("Numbers of lights, each 1..={MAX_FITTED_LIGHTS}, comma-separated"))]
     lights: Vec<u16>,
     #[arg(long, value_name = "WxH", value_delimiter = ',', value_parser = parse_size,
-        default_values = ["240x160", "480x320", "720x480", "1440x960", "3840x2160"],
-        help = format!("Widths and heights in pixels, each 1..={MAX_TARGET_SIDE}"))]
+        default_value = "240x160,480x320,720x480,1440x960,3840x2160",
+        help = format!("Widths and heights in pixels, each 1..={MAX_TARGET_SIDE}, comma-separated"))]
     sizes: Vec<[u32; 2]>,
     /// Rounds of two frames of each kind, after one warm-up round
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]

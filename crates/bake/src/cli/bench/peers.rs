@@ -27,8 +27,8 @@ pub struct Args {
     #[arg(long, value_name = "WxH", value_parser = parse_size,
         help = format!("Width and height in pixels, each 1..={MAX_TARGET_SIDE} [default: the scene's]"))]
     size: Option<[u32; 2]>,
-    /// Samples per pixel at which brute force is measured, each 1..=4096
-    #[arg(long, value_name = "N", value_delimiter = ',', default_values_t = [1, 2, 4],
+    /// Samples per pixel at which brute force is measured, each 1..=4096, comma-separated
+    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "1,2,4",
         value_parser = clap::value_parser!(u32).range(1..=4096))]
     samples: Vec<u32>,
     /// Shadow rays of each sample, 1..=1024; `reference` has 24

@@ -33,19 +33,29 @@ pub struct Args {
     /// Random seed
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Methods to compare besides the sweep
     #[arg(long, value_delimiter = ',', value_parser = transmittance_method(),
-        default_values = Method::ALL.into_iter().filter(|&method| method != Method::Sweep).map(Method::name))]
+        default_values = default_methods(), hide_default_value = true,
+        help = format!("Methods to compare besides the sweep, comma-separated [default: {}]",
+            default_methods().join(",")))]
     methods: Vec<Method>,
-    /// Further sizes of the sweep's grid, in voxels along its longest side, 8 to 256
+    /// Further sizes of the sweep's grid, in voxels along its longest side, 8 to 256,
+    /// comma-separated
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(8..=256))]
     sides: Vec<u32>,
-    /// Further numbers of sweep directions per light, 1 to 256
+    /// Further numbers of sweep directions per light, 1 to 256, comma-separated
     #[arg(long, value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=256))]
     directions: Vec<u32>,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
+}
+
+/// Names of the methods that are compared unless asked otherwise.
+fn default_methods() -> Vec<&'static str> {
+    let others = Method::ALL
+        .into_iter()
+        .filter(|&method| method != Method::Sweep);
+    others.map(Method::name).collect()
 }
 
 /// Runs the command.
