@@ -320,17 +320,17 @@ impl Layers {
                 hair
             }
         };
-        let mut coverage = hair.rgba.iter().map(|rgba| rgba[3]).collect();
+        let mut coverage: Vec<f32> = hair.rgba.iter().map(|rgba| share(rgba[3])).collect();
         let mut layers = vec![LightLayer::new(&TOTAL, "", planes(&hair).into())];
         if has_background {
-            let behind = difference(&beauty, &seen);
+            let behind = behind(&beauty, &seen);
             layers.push(LightLayer::new(&BACKGROUND, "", behind.into()));
         }
         if !scene.proxies.is_empty() {
             let [of_hair, of_proxies] = cpu::coverage(&scene, &scene.camera, size)?;
-            coverage = of_hair;
+            coverage = of_hair.into_iter().map(share).collect();
             let mut planes = Vec::from(difference(&seen, &hair));
-            planes.push(of_proxies);
+            planes.push(of_proxies.into_iter().map(share).collect());
             layers.push(LightLayer::new(&PROXIES, "", planes));
         }
         for spec in specs {
@@ -362,7 +362,10 @@ impl Layers {
         let mut channels = Vec::new();
         let mut push = |name: String, values: Vec<f32>| channels.push(floats(name, values));
         for (c, name) in PICTURE.channels.iter().enumerate() {
-            let values = self.beauty.rgba.iter().map(|rgba| rgba[c]);
+            let values = self.beauty.rgba.iter().map(|rgba| match c {
+                3 => share(rgba[3]),
+                _ => rgba[c],
+            });
             push((*name).to_owned(), values.collect());
         }
         push(COVERAGE.channels[0].to_owned(), self.coverage);
@@ -377,6 +380,24 @@ impl Layers {
     }
 }
 
+/// A share of a pixel without what rounding adds to 1: compositors divide by it and by 1 less it.
+fn share(x: f32) -> f32 {
+    x.clamp(0.0, 1.0)
+}
+
+/// What lies behind the hair of `whole`, of which `seen` is the part before it; nothing shines with less
+/// than no light, but for rounding.
+fn behind(whole: &Picture, seen: &Picture) -> [Vec<f32>; 3] {
+    let mut planes = difference(whole, seen);
+    for x in planes.iter_mut().flatten() {
+        // Not `max`, which makes 0 of NaN.
+        if *x < 0.0 {
+            *x = 0.0;
+        }
+    }
+    planes
+}
+
 /// Red, green and blue of `whole` less those of `part`.
 fn difference(whole: &Picture, part: &Picture) -> [Vec<f32>; 3] {
     let of = |c: usize| {
@@ -389,4 +410,57 @@ fn difference(whole: &Picture, part: &Picture) -> [Vec<f32>; 3] {
 /// Red, green and blue of a picture.
 fn planes(picture: &Picture) -> [Vec<f32>; 3] {
     [0, 1, 2].map(|c| picture.rgba.iter().map(|rgba| rgba[c]).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use exr::prelude::{ReadChannels, ReadLayers};
+
+    use super::*;
+
+    fn picture(rgba: Vec<[f32; 4]>) -> Picture {
+        Picture {
+            width: rgba.len() as u32,
+            height: 1,
+            rgba,
+        }
+    }
+
+    #[test]
+    fn layers_have_no_rounding_beyond_their_ranges() {
+        let whole = picture(vec![[0.5, 0.25, 1.0, 1.000_001], [0.5, f32::NAN, 0.0, 1.0]]);
+        let seen = picture(vec![
+            [0.500_000_1, 0.125, 1.0, 1.000_001],
+            [0.25, 0.0, 0.0, -1e-7],
+        ]);
+        let [r, g, b] = behind(&whole, &seen);
+        assert_eq!([r, b], [vec![0.0, 0.25], vec![0.0, 0.0]]);
+        assert!(g[0] == 0.125 && g[1].is_nan());
+        let shares = [1.000_001, -1e-7, 0.5].map(share);
+        assert_eq!(shares, [1.0, 0.0, 0.5]);
+        assert!(share(f32::NAN).is_nan());
+
+        let layers = Layers {
+            coverage: vec![1.0, 0.0],
+            beauty: whole,
+            layers: Vec::new(),
+            data: Vec::new(),
+            stats: Vec::new(),
+            samples: 0,
+            visibility: String::new(),
+        };
+        let bytes = layers.encode(&Provenance::default()).expect("encoded");
+        let image = exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(std::io::Cursor::new(bytes))
+            .expect("an OpenEXR file");
+        let list = &image.layer_data.channel_data.list;
+        let alpha = list.iter().find(|channel| channel.name.eq("A"));
+        let alpha: Vec<f32> = alpha.expect("there").sample_data.values_as_f32().collect();
+        assert_eq!(alpha, [1.0, 1.0]);
+    }
 }

@@ -270,6 +270,16 @@ fn gpu_layers_of_the_hair_leave_proxies_out() {
         // Where only one of them is, the other is not.
         let channels = channels(&file);
         let [of_hair, of_proxies] = ["coverage.Y", "proxies.Y"].map(|name| &channels[name]);
+        for name in ["coverage.Y", "proxies.Y", "A"] {
+            let mut shares = channels[name].iter();
+            assert!(shares.all(|x| (0.0..=1.0).contains(x)), "{backend}: {name}");
+        }
+        for name in ["background.R", "background.G", "background.B"] {
+            assert!(
+                channels[name].iter().all(|&x| x >= 0.0),
+                "{backend}: {name}"
+            );
+        }
         let (mut n_alone, mut n_lit) = ([0, 0], 0);
         for (pixel, (total, proxies)) in total.iter().zip(&proxies).enumerate() {
             if of_hair[pixel] == 0.0 && of_proxies[pixel] == 1.0 {
