@@ -78,6 +78,7 @@ mod paint;
 mod panorama;
 pub mod params;
 mod pbrt;
+mod plain_words;
 mod ply;
 mod point_list;
 mod preset;
@@ -136,6 +137,8 @@ pub use paint::{
     DYE, MASK, MAX_SCALE, MAX_SIGMA_A, MIN_SCALE, PAINT_ATTRIBUTES, SHIFT_SCALE, WIDTH_SCALE,
 };
 pub use panorama::{MAX_PANORAMA_WIDTH, Panorama, PanoramaSource};
+#[doc(hidden)]
+pub use plain_words::in_plain_words;
 #[doc(hidden)]
 pub use preset::preset_names;
 #[doc(hidden)]

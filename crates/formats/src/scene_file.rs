@@ -7,6 +7,7 @@ use serde::Deserialize;
 use crate::error::{Error, FileName, Result};
 use crate::input::{STANDARD_STREAM, folder_of, read_file, read_start};
 use crate::params;
+use crate::plain_words::in_plain_words;
 use crate::preset::overlaid;
 use crate::scene::{Background, GroomSection, RenderSection, Scene};
 use crate::scene_check;
@@ -259,7 +260,7 @@ fn syntax_error(text: &str, error: &toml::de::Error) -> Error {
         .iter()
         .rposition(|&byte| byte == b'\n')
         .map_or(0, |at| at + 1);
-    let message = error.message().replace('\n', " ");
+    let message = in_plain_words(error.message().replace('\n', " "));
     let hint = did_you_mean(&message).map_or(String::new(), |hint| format!("; {hint}"));
     let key = key_at(text, &span);
     // Of all proxies the parser names the first.

@@ -137,7 +137,7 @@ mod tests {
             (
                 "[hair]\neta = 'x'",
                 "dir/s.toml:7:7: hair.eta: invalid type",
-                "expected f64",
+                "expected a number",
             ),
             (
                 "[render]\ntone_map = 'filmc'",

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use strandlight_formats::did_you_mean;
+use strandlight_formats::{did_you_mean, in_plain_words};
 use strandlight_scene::budget::{FrameError, MAX_SAMPLES, MAX_SECONDS};
 pub use strandlight_scene::keys::KeyError;
 use strandlight_scene::keys::SetError;
@@ -78,7 +78,7 @@ impl From<SetError> for SessionError {
 #[non_exhaustive]
 pub enum ScriptError {
     /// Not a list in JSON.
-    #[error("not a list of steps: {0}")]
+    #[error("not a list of steps: {}", in_plain_words(.0))]
     Json(#[from] serde_json::Error),
     /// A step that is not as it should be.
     #[error("step {step}: {source}")]
@@ -134,7 +134,7 @@ pub enum StepError {
     #[error("must be an object like {{\"undo\": 1}}")]
     NoObject,
     /// A value of another kind than its key has.
-    #[error("{key}: {source}{}", hint(source))]
+    #[error("{key}: {}{}", in_plain_words(source), hint(source))]
     Value {
         /// The key.
         key: String,
@@ -165,7 +165,7 @@ pub enum StepError {
     #[error("samples and size belong to a frame")]
     NoFrame,
     /// A frame that cannot be the name of a file.
-    #[error("frame {0:?}: must be 1 to 128 letters, digits, -, _ and dots, and no path")]
+    #[error("frame {0:?}: must be 1 to 128 ASCII letters, digits, -, _ and dots, and no path")]
     FrameName(String),
     /// A name that another frame has.
     #[error("there is a frame {0} already")]

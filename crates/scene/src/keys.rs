@@ -1,7 +1,9 @@
 //! Setting one value of a scene by the name that it has in the file.
 
 use serde_json::{Map, Value};
-use strandlight_formats::{CameraSection, Error, HairSection, Scene, did_you_mean, inline_value};
+use strandlight_formats::{
+    CameraSection, Error, HairSection, Scene, did_you_mean, in_plain_words, inline_value,
+};
 
 use crate::camera::Camera;
 
@@ -21,7 +23,7 @@ pub enum KeyError {
     #[error("no such key: {0} stands below a plain value")]
     BelowValue(String),
     /// A value of another kind than the key has, or no such key.
-    #[error(transparent)]
+    #[error("{}", in_plain_words(.0))]
     Value(#[from] serde_json::Error),
 }
 
@@ -321,6 +323,7 @@ mod tests {
         for (key, value, needle) in [
             ("hair.eta", json!(9.0), "hair.eta is 9"),
             ("hair.eta", json!("thick"), "hair.eta: invalid type"),
+            ("hair.eta", json!("thick"), "expected a number"),
             ("hair.colour", json!(1.0), "hair.colour: unknown field"),
             ("hair.etta", json!(1.0), "did you mean eta?"),
             ("hair.eta.x", json!(1.0), "hair.eta.x: no such key"),

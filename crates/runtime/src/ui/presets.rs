@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
-use strandlight_formats::HairSection;
+use strandlight_formats::{HairSection, in_plain_words};
 
 /// Presets that ship: the name that scenes have, what it looks like, and where it is from.
 pub const SHIPPED: [(&str, &str, &str); 26] = [
@@ -160,7 +160,7 @@ pub fn to_text(hair: &HairSection) -> Result<String, String> {
 /// # Errors
 /// What is wrong, in one line.
 pub fn from_text(text: &str) -> Result<HairSection, String> {
-    let first = |error: toml::de::Error| error.message().to_owned();
+    let first = |error: toml::de::Error| in_plain_words(error.message());
     let file: File = toml::from_str(text).map_err(first)?;
     Ok(file.hair)
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Deserialize;
 use strandlight_bake::lights::exchange::lambda;
 use strandlight_formats::{
-    BakedFile, LightSet, LightSetInfo, NpyArray, SrbfLight, content_hash, read_file,
+    BakedFile, LightSet, LightSetInfo, NpyArray, SrbfLight, content_hash, in_plain_words, read_file,
 };
 
 use crate::cli::{Failure, Outcome, check_outputs, check_own_extension, print_line, write_output};
@@ -79,8 +79,10 @@ fn set_of(bytes: &[u8]) -> Result<LightSet, String> {
 }
 
 fn lights_of_json(bytes: &[u8]) -> Result<Vec<SrbfLight>, String> {
-    let document: Document = serde_json::from_slice(bytes)
-        .map_err(|error| format!("neither a NumPy array nor JSON with lights: {error}"))?;
+    let document: Document = serde_json::from_slice(bytes).map_err(|error| {
+        let what = in_plain_words(error);
+        format!("neither a NumPy array nor JSON with lights: {what}")
+    })?;
     let lights = document.lights.into_iter().enumerate();
     lights
         .map(|(ix, light)| {

@@ -59,7 +59,7 @@ pub fn parse_group(text: &str) -> Result<Group, String> {
     let (name, lights) = parsed.ok_or("a group is a name and lights like key=0,3")?;
     let fine = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if name.is_empty() || name.len() > 64 || !name.chars().all(fine) || name == "rest" {
-        return Err("a group's name is letters, digits, - and _, and not rest".to_owned());
+        return Err("a group's name is ASCII letters, digits, - and _, and not rest".to_owned());
     }
     Ok(Group {
         name: name.to_owned(),
