@@ -247,16 +247,20 @@ fn verify_table_file(path: &Path) -> Result<Vec<Line>, Refused> {
 
 fn table_line(check: &Check) -> Line {
     let worst = &check.worst;
-    let values = if worst.found.is_nan() && worst.expected.is_nan() {
+    let entry = if worst.entry.is_empty() {
+        // Nothing differs.
         String::new()
+    } else if worst.found.is_nan() && worst.expected.is_nan() {
+        format!("; {}", worst.entry)
     } else {
-        format!(" is {:.9e}, not {:.9e}", worst.found, worst.expected)
+        let (found, expected) = (worst.found, worst.expected);
+        format!("; {} is {found:.9e}, not {expected:.9e}", worst.entry)
     };
     Line {
         passed: check.passed(),
         text: format!(
-            "{}: {}: worst {:.2e}, tolerance {:.0e}, {} values; {}{values}",
-            check.table, check.name, worst.error, check.tolerance, check.n_values, worst.entry,
+            "{}: {}: worst {:.2e}, tolerance {:.0e}, {} values{entry}",
+            check.table, check.name, worst.error, check.tolerance, check.n_values,
         ),
         json: json!({
             "table": check.table,
@@ -271,5 +275,42 @@ fn table_line(check: &Check) -> Line {
                 "error": worst.error,
             },
         }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use strandlight_bake::tables::Worst;
+
+    use super::*;
+
+    #[test]
+    fn the_worst_entry_is_told_where_there_is_one() {
+        let text = |worst: Worst| {
+            let check = Check {
+                name: "words",
+                table: "N",
+                n_values: 2,
+                tolerance: 0.0,
+                worst,
+            };
+            table_line(&check).text
+        };
+        let start = "N: words: worst 0.00e0, tolerance 0e0, 2 values";
+        assert_eq!(text(Worst::default()), start);
+        let entry = "b_1 at 0".to_owned();
+        let worst = Worst {
+            entry: entry.clone(),
+            ..Worst::default()
+        };
+        let end = "; b_1 at 0 is 0.000000000e0, not 0.000000000e0";
+        assert_eq!(text(worst), format!("{start}{end}"));
+        let worst = Worst {
+            entry,
+            found: f64::NAN,
+            expected: f64::NAN,
+            error: 0.0,
+        };
+        assert_eq!(text(worst), format!("{start}; b_1 at 0"));
     }
 }

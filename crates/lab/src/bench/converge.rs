@@ -112,11 +112,13 @@ impl Convergences {
         [of(|point| point.plain), of(|point| point.converged)]
     }
 
-    /// Core-seconds of plain paths to the error of the last converged picture, over those of its samples.
+    /// Core-seconds of plain paths to the error of the last converged picture, over those of its samples;
+    /// none where either took less than the clock can tell.
     pub fn gain(&self) -> Option<f64> {
         let last = self.points.last()?;
         let samples = (last.plain? / last.converged?).powi(2);
-        Some(samples * last.plain_core_seconds? / last.core_seconds?)
+        let gain = samples * last.plain_core_seconds? / last.core_seconds?;
+        (gain.is_finite() && gain > 0.0).then_some(gain)
     }
 
     /// As JSON.
@@ -433,6 +435,35 @@ fn tile_sums(picture: &Picture, of: impl Fn(usize) -> [f32; 4]) -> Vec<[f64; 3]>
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn times_below_the_clocks_step_have_no_ratio() {
+        let gain = |seconds: [f64; 2]| {
+            let point = Point {
+                core_seconds: Some(seconds[0]),
+                plain_core_seconds: Some(seconds[1]),
+                plain: Some(0.2),
+                converged: Some(0.1),
+                ..Point::default()
+            };
+            let found = Convergences {
+                size: [1, 1],
+                counts: [1; 3],
+                scattering: Scattering::Total,
+                fast_core_seconds: None,
+                fast_error: None,
+                traced_core_seconds: None,
+                points: vec![point],
+                seeds: 1,
+                truth_noise: 0.0,
+            };
+            found.gain()
+        };
+        assert_eq!(gain([2.0, 1.0]), Some(2.0));
+        for seconds in [[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]] {
+            assert_eq!(gain(seconds), None);
+        }
+    }
 
     /// Pictures that are off by 5 % in the mean, and by 20 % each.
     #[test]

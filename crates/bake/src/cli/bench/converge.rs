@@ -147,12 +147,12 @@ fn print_converge(path: &Path, found: &Convergences) -> Outcome {
     }
     let [plain, converged] = found.slopes();
     let slope = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
+    let gain = found.gain().map_or(String::new(), |gain| {
+        format!("; paths alone take {gain:.1} times as long to the last error")
+    });
     print_line(format_args!(
-        "  errors fall as n^{} and n^{}; paths alone take {} times as long to the last error",
+        "  errors fall as n^{} and n^{}{gain}",
         slope(plain),
         slope(converged),
-        found
-            .gain()
-            .map_or("-".to_owned(), |gain| format!("{gain:.1}")),
     ))
 }
