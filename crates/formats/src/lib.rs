@@ -86,6 +86,7 @@ mod provenance;
 mod resample;
 mod scene;
 mod scene_check;
+mod scene_edit;
 mod scene_file;
 mod scene_hair;
 mod scene_lights;
@@ -102,6 +103,7 @@ mod table_file;
 mod tables;
 mod taken_files;
 mod text_lines;
+mod text_patches;
 mod tfx;
 #[doc(hidden)]
 pub mod usc;

@@ -2,23 +2,25 @@
 
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use toml::{Table, Value};
 
 use crate::error::Result;
 use crate::scene::Scene;
+use crate::scene_edit::changed_text;
 
 impl Scene {
-    /// The text of a scene file, made of `text` by changing the lines of those keys that differ:
-    /// comments, order and blanks stay. Where that is not possible, as in
-    /// [`Scene::to_toml_string`].
+    /// The text of a scene file, made of `text` by changing those keys that differ:
+    /// comments, order and blanks stay, and tables that are added have no keys at their defaults.
+    /// Where that is not possible, as in [`Scene::to_toml_string`].
     ///
     /// # Errors
     /// As there.
     pub fn to_toml_over(&self, text: &str) -> Result<String> {
         let plain = self.to_toml_string()?;
+        // Lines are added behind whole ones.
+        let end = if text.ends_with('\n') { "" } else { "\n" };
+        let text = &format!("{text}{end}");
         let kept = Scene::from_toml(text).ok().and_then(|old| {
-            let old: Table = old.to_toml_string().ok()?.parse().ok()?;
-            let changed = changed_text(text, &old, &plain.parse().ok()?)?;
+            let changed = changed_text(text, &old.to_toml_string().ok()?, self, &plain)?;
             let mut again = Scene::from_toml(&changed).ok()?;
             again.folder.clone_from(&self.folder);
             (again == *self).then_some(changed)
@@ -40,126 +42,10 @@ pub fn inline_value<T: DeserializeOwned>(text: &str) -> Option<T> {
     Some(line.value)
 }
 
-/// `text` with the keys of sections changed from `old` to `new`; `None` where it is more than that.
-fn changed_text(text: &str, old: &Table, new: &Table) -> Option<String> {
-    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-    let none = Table::new();
-    let mut names: Vec<&String> = old.keys().chain(new.keys()).collect();
-    names.sort();
-    names.dedup();
-    for name in names {
-        let (before, after) = (old.get(name), new.get(name));
-        if before == after {
-            continue;
-        }
-        // A section that is gone, a list of sections, or `version`.
-        let before = before.map_or(Some(&none), Value::as_table)?;
-        let after = after.and_then(Value::as_table)?;
-        for (key, value) in after {
-            if before.get(key) != Some(value) {
-                set(&mut lines, name, key, value)?;
-            }
-        }
-        for key in before.keys().filter(|key| !after.contains_key(*key)) {
-            // A key of the preset has no line of its own.
-            let Some(line) = line_of(&lines, name, key) else {
-                continue;
-            };
-            comment_start(&lines[line])?;
-            lines.remove(line);
-        }
-    }
-    Some(lines.join("\n") + "\n")
-}
-
-/// Gives `key` of `section` its value, in its own line or in a new one.
-fn set(lines: &mut Vec<String>, section: &str, key: &str, value: &Value) -> Option<()> {
-    let is_list = value
-        .as_array()
-        .is_some_and(|list| list.iter().any(Value::is_table));
-    if is_list {
-        return None;
-    }
-    if let Some(line) = line_of(lines, section, key) {
-        let (head, rest) = lines[line].split_once('=')?;
-        let comment = comment_start(&lines[line])?;
-        let comment = &lines[line][comment..];
-        let gap = if comment.is_empty() { "" } else { " " };
-        // Comments stay in their column where there is room.
-        let blanks =
-            rest.len() - rest[..rest.len() - comment.len()].trim_end().len() - comment.len();
-        let old = rest[..rest.len() - comment.len()].trim().len();
-        let written = value.to_string();
-        let pad = (old + blanks).saturating_sub(written.len()).max(gap.len());
-        let pad = if comment.is_empty() { 0 } else { pad };
-        let changed = format!("{}= {written}{}{comment}", head, " ".repeat(pad));
-        lines[line] = changed;
-        return Some(());
-    }
-    let written = format!("{key} = {value}");
-    match body_of(lines, section) {
-        Some((start, end)) => {
-            let last = (start..end).rev().find(|&ix| !is_idle(&lines[ix]));
-            lines.insert(last.map_or(start, |last| last + 1), written);
-        }
-        None => lines.extend([String::new(), format!("[{section}]"), written]),
-    }
-    Some(())
-}
-
-/// Nothing or a comment.
-fn is_idle(line: &str) -> bool {
-    let line = line.trim();
-    line.is_empty() || line.starts_with('#')
-}
-
-/// The lines after the header of `section`, up to the next header.
-fn body_of(lines: &[String], section: &str) -> Option<(usize, usize)> {
-    let header = |line: &str| {
-        Some(
-            line.trim()
-                .strip_prefix('[')?
-                .split(']')
-                .next()?
-                .trim()
-                .to_owned(),
-        )
-    };
-    let start = lines
-        .iter()
-        .position(|line| header(line).is_some_and(|name| name == section))?;
-    let body = &lines[start + 1..];
-    let length = body
-        .iter()
-        .position(|line| line.trim_start().starts_with('['));
-    Some((start + 1, start + 1 + length.unwrap_or(body.len())))
-}
-
-/// The line of `key` in `section`.
-fn line_of(lines: &[String], section: &str, key: &str) -> Option<usize> {
-    let (start, end) = body_of(lines, section)?;
-    (start..end).find(|&ix| {
-        let name = lines[ix].split_once('=').map(|(name, _)| name.trim());
-        name == Some(key)
-    })
-}
-
-/// Where the comment of a line begins, or its end; `None` if the value goes on in the next line.
-fn comment_start(line: &str) -> Option<usize> {
-    let is_whole = |text: &str| text.parse::<Table>().is_ok();
-    if let Some(at) = line
-        .match_indices('#')
-        .map(|(at, _)| at)
-        .find(|&at| is_whole(&line[..at]))
-    {
-        return Some(at);
-    }
-    is_whole(line).then_some(line.len())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{AddedLight, MotionSection, ProxySection, WindSection};
 
     const TEXT: &str = "\
 # A head of hair.
@@ -234,16 +120,189 @@ shift_deg = { r = -5.0, tt = 2.5, trt = 7.5 }
 
     #[test]
     fn what_cannot_be_kept_is_written_anew() {
-        let (scene, text) = over(|scene| scene.lights.adjust_mut(1).intensity = 2.0);
-        assert_eq!(text, scene.to_toml_string().expect("valid"));
         for text in [
             "",
-            "lights.file = 'b'\nversion = 1\n[groom]\nfile = 'a'\n[hair]\nsigma_a = [1,\n2,\n3]",
+            "lights.file = 'b'\nversion = 1\nhair.sigma_a = [1, 2, 3]\n[groom]\nfile = 'a'",
         ] {
             let mut scene = Scene::new("a", "b");
             scene.hair.sigma_a = [3.0, 2.0, 1.0];
+            scene.lights.muted = vec![1];
             let over = scene.to_toml_over(text).expect("valid");
             assert_eq!(over, scene.to_toml_string().expect("valid"));
+        }
+    }
+
+    /// Tables and lists in every way of writing them, and comments everywhere.
+    const RICH: &str = "\
+# A head of hair.
+version = 1
+
+[groom] # the shape
+file = \"a.groom\"
+
+[lights]
+# from a map
+file = \"b.lights\"
+muted = [3, 7] # too bright
+# solo = [2]
+# [[lights.adjust]]
+
+# one light alone
+[[lights.adjust]] # the window
+light = 3
+tint = [1, 0.5, 0.25]   # warm
+# after it
+
+[hair]
+sigma_a = [
+    0.1, # red
+    0.2, # green
+    0.3,
+]
+shift_deg = { r = -5.0, tt = 2.5, trt = 7.5 } # tilt
+width_deg.r = 6
+width_deg.tt = 3
+width_deg.trt = 12
+
+[[proxy]]   # the head
+kind = \"mesh\"
+mesh = \"bust.mesh\"
+
+# over the wind
+[motion.wind]
+speed = 5   # m/s
+# The end.
+";
+
+    /// What `change` writes: the lines that go, each with what comes in its place.
+    fn rich(change: impl FnOnce(&mut Scene), lines: &[(&str, &str)]) {
+        let mut scene = Scene::from_toml(RICH).expect("valid");
+        change(&mut scene);
+        let text = scene.to_toml_over(RICH).expect("valid");
+        let mut expected = RICH.to_owned();
+        for (old, new) in lines {
+            assert!(expected.contains(old), "{old}");
+            expected = expected.replacen(old, new, 1);
+        }
+        assert_eq!(text, expected);
+        assert_eq!(Scene::from_toml(&text).expect("valid"), scene, "{text}");
+        // Line ends of another system stay too.
+        let crlf = scene.to_toml_over(&RICH.replace('\n', "\r\n"));
+        assert_eq!(crlf.expect("valid"), expected.replace('\n', "\r\n"));
+    }
+
+    #[test]
+    fn keys_of_tables_under_headers_and_in_braces_change() {
+        rich(
+            |scene| {
+                let wind = scene
+                    .motion
+                    .as_mut()
+                    .and_then(|motion| motion.wind.as_mut());
+                let wind = wind.expect("it blows");
+                (wind.speed, wind.gust) = (17.25, 0.75);
+                scene.hair.shift_deg.tt = 2.0;
+                scene.hair.width_deg.r = 7.0;
+                scene.hair.sigma_a = [0.1, 0.25, 0.3];
+                scene.lights.muted = vec![7];
+            },
+            &[
+                ("speed = 5   # m/s\n", "speed = 17.25 # m/s\ngust = 0.75\n"),
+                ("tt = 2.5,", "tt = 2.0,"),
+                ("width_deg.r = 6\n", "width_deg.r = 7.0\n"),
+                ("0.2, # green", "0.25, # green"),
+                ("[3, 7] # too", "[7]    # too"),
+            ],
+        );
+    }
+
+    #[test]
+    fn entries_of_lists_of_tables_come_change_and_go() {
+        rich(
+            |scene| {
+                scene.lights.adjust_mut(3).intensity = 2.0;
+                scene.lights.adjust_mut(5).intensity = 0.5;
+                scene.lights.added = vec![AddedLight::default(); 2];
+                scene.lights.added[1].width_deg = 3.0;
+                scene.proxies.push(ProxySection::ground(-4.0));
+                scene.render.exposure = 1.5;
+            },
+            &[
+                (
+                    "# warm\n# after it\n",
+                    "# warm\nintensity = 2.0\n# after it\n\n\
+                     [[lights.adjust]]\nlight = 5\nintensity = 0.5\n\n\
+                     [[lights.added]]\nazimuth_deg = -45.0\nelevation_deg = 35.0\nwidth_deg = 8.0\n\
+                     intensity = 1.0\ncolor = [1.0, 1.0, 1.0]\n\n[[lights.added]]\nwidth_deg = 3.0\n",
+                ),
+                (
+                    "bust.mesh\"\n",
+                    "bust.mesh\"\n\n[[proxy]]\nkind = \"ground\"\nheight = -4.0\n",
+                ),
+                ("# The end.\n", "# The end.\n\n[render]\nexposure = 1.5\n"),
+            ],
+        );
+        rich(
+            |scene| {
+                scene.lights.adjust.clear();
+                scene.motion = None;
+                scene.proxies.insert(0, ProxySection::ground(0.0));
+            },
+            &[
+                (
+                    "[[lights.adjust]] # the window\nlight = 3\ntint = [1, 0.5, 0.25]   # warm\n",
+                    "",
+                ),
+                ("[motion.wind]\nspeed = 5   # m/s\n", ""),
+                (
+                    "[[proxy]]   # the head",
+                    "[[proxy]]\nkind = \"ground\"\nheight = 0.0\n\n[[proxy]]   # the head",
+                ),
+            ],
+        );
+    }
+
+    #[test]
+    fn what_is_added_is_written_without_its_defaults() {
+        let (_, text) = over(|scene| {
+            scene.lights.adjust_mut(1).intensity = 2.0;
+            scene.motion = Some(MotionSection {
+                wind: Some(WindSection {
+                    speed: 4.0,
+                    ..WindSection::default()
+                }),
+                ..MotionSection::default()
+            });
+            scene.variation.grey = 0.25;
+        });
+        let adjusted = "# factor\n\n[[lights.adjust]]\nlight = 1\nintensity = 2.0\n\n[hair]";
+        let expected = TEXT.replace("# factor\n\n[hair]", adjusted)
+            + "\n[motion.wind]\nspeed = 4.0\n\n[variation]\ngrey = 0.25\n";
+        assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn edits_of_the_sample_keep_every_other_line() {
+        let text = strandlight_data::SAMPLE_SCENE;
+        let edits: [fn(&mut Scene); 6] = [
+            |scene| scene.lights.added.push(AddedLight::default()),
+            |scene| scene.lights.adjust_mut(2).intensity = 0.5,
+            |scene| scene.lights.solo = vec![1],
+            |scene| scene.motion = Some(MotionSection::default()),
+            |scene| scene.proxies.push(ProxySection::ground(-40.0)),
+            |scene| scene.variation.frizz = 0.5,
+        ];
+        for (ix, edit) in edits.iter().enumerate() {
+            let mut scene = Scene::from_toml(text).expect("valid");
+            edit(&mut scene);
+            if let Some(motion) = &mut scene.motion {
+                motion.wind = Some(WindSection::default());
+            }
+            let changed = scene.to_toml_over(text).expect("valid");
+            let mut lines = changed.lines();
+            let lost = text.lines().find(|line| !lines.any(|kept| kept == *line));
+            assert_eq!(lost, None, "edit {ix}: {changed}");
+            assert!(changed.len() < text.len() + 200, "edit {ix}: {changed}");
         }
     }
 }
