@@ -69,9 +69,10 @@ mod native {
             }
         }
 
-        /// The path of the scene's file.
+        /// The path of the scene's file, from the root.
         pub fn path_text(&self) -> String {
-            self.path.display().to_string()
+            let whole = std::path::absolute(&self.path).unwrap_or_else(|_| self.path.clone());
+            whole.display().to_string()
         }
 
         /// The next free name of a picture beside the scene.

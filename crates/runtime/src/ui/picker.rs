@@ -34,8 +34,12 @@ pub struct Picker {
     /// As it is typed.
     pub path: String,
     purpose: Purpose,
+    /// The folder that a name alone is in: the last one that was gone to.
+    base: PathBuf,
     /// Endings of the files that are listed.
     extensions: Vec<String>,
+    /// The one of a name to save that has none.
+    ending: String,
     is_all: bool,
     /// The folder that was listed, and what is in it.
     listed: Option<PathBuf>,
@@ -62,9 +66,21 @@ pub enum Picked {
 impl Picker {
     /// Begins at `path`, a folder if it ends in a separator.
     pub fn new(purpose: Purpose, path: String, extensions: Vec<String>) -> Self {
+        // A page's paths start nowhere, and are all from there.
+        let (path, base) = match std::path::absolute(Picker::target(&path)) {
+            Ok(whole) => {
+                let path = whole.display().to_string();
+                let cut = path.rfind(is_separator).map_or(0, |at| at + 1);
+                let base = PathBuf::from(&path[..cut]);
+                (path, base)
+            }
+            Err(_) => (path, PathBuf::new()),
+        };
         Picker {
             path,
+            base,
             purpose,
+            ending: extensions.first().cloned().unwrap_or_default(),
             extensions,
             is_all: false,
             listed: None,
@@ -82,8 +98,31 @@ impl Picker {
         Picker::new(purpose, folder_text(folder), extensions)
     }
 
-    /// The path that is meant: `~` is the home folder.
-    pub fn target(path: &str) -> PathBuf {
+    /// The file that is meant, with an ending if it is to be written.
+    pub fn file(&self) -> PathBuf {
+        let file = self.whole(&self.path);
+        let is_ended = self.purpose == Purpose::Open
+            || self.path.ends_with(is_separator)
+            || self.extension().is_some();
+        if is_ended || self.ending.is_empty() || file.is_dir() {
+            return file;
+        }
+        file.with_extension(&self.ending)
+    }
+
+    /// The ending that is typed.
+    fn extension(&self) -> Option<String> {
+        let extension = Path::new(&self.path).extension()?;
+        Some(extension.to_string_lossy().to_lowercase())
+    }
+
+    /// A typed path from the root: without a folder it is in the one that is shown.
+    fn whole(&self, path: &str) -> PathBuf {
+        self.base.join(Picker::target(path))
+    }
+
+    /// `~` is the home folder.
+    fn target(path: &str) -> PathBuf {
         let home = || super::settings::home_folder();
         let below = path
             .strip_prefix('~')
@@ -103,14 +142,21 @@ impl Picker {
         let (folder, name) = self.path.split_at(cut);
         match (folder, name) {
             ("", "~") => (Picker::target("~"), String::new()),
-            ("", name) => (PathBuf::from("."), name.to_owned()),
-            (folder, name) => (Picker::target(folder), name.to_owned()),
+            (folder, name) => (self.whole(folder), name.to_owned()),
         }
     }
 
     /// Reads the folder if another one is meant than is listed.
     fn list(&mut self) {
         let (folder, _) = self.parts();
+        // What is typed from there on leaves it as it is.
+        if Picker::target(&self.path).is_absolute() {
+            self.base.clone_from(&folder);
+        }
+        let typed = self.extension();
+        if let Some(typed) = typed.filter(|typed| self.extensions.contains(typed)) {
+            self.ending = typed;
+        }
         if self.listed.as_ref() == Some(&folder) {
             return;
         }
@@ -196,7 +242,7 @@ impl Picker {
 
     /// What was entered: a folder is gone into, anything else is the answer.
     fn enter(&mut self) -> Picked {
-        let target = Picker::target(&self.path);
+        let target = self.file();
         let is_gone_into = self.purpose == Purpose::Open || self.path.ends_with(is_separator);
         if is_gone_into && !self.path.is_empty() && target.is_dir() {
             self.path = folder_text(&target);
@@ -292,7 +338,7 @@ impl Picker {
         if let Some(entry) = self.rows(ui, height, changes, &mut picked) {
             self.choose(&entry);
             if entry.is_folder {
-                let folder = Picker::target(&self.path);
+                let folder = self.whole(&self.path);
                 self.path = folder_text(&folder);
                 self.is_chosen = self.purpose == Purpose::Save;
             }
@@ -532,6 +578,38 @@ mod tests {
         assert_eq!(typed("/a/~").as_deref(), Some("~"));
         assert_eq!(typed("/a//b/~/c").as_deref(), Some("~/c"));
         assert_eq!(typed("/a/b~c/d"), None);
+    }
+
+    #[test]
+    fn a_name_alone_is_in_the_folder_that_is_shown_and_gets_an_ending() {
+        let folder = folder();
+        let at = |name: &str| folder.path().join(name);
+        let text = at("scene.toml").display().to_string();
+        let mut picker = Picker::new(Purpose::Save, text, vec!["toml".to_owned()]);
+        let mut typed = |path: &str, wanted: &str| {
+            picker.path = path.to_owned();
+            let wanted = at(wanted).display().to_string();
+            assert_eq!(picker.press(), Picked::Path(wanted), "{path}");
+        };
+        typed("bare.toml", "bare.toml");
+        typed("zoo/bare", "zoo/bare.toml");
+        // The folder shown is still the one that was begun in.
+        typed("bare.v2", "bare.v2");
+        // It is a folder, and refused as that.
+        typed("zoo", "zoo");
+        picker.go_to(&at("zoo"));
+        picker.list();
+        picker.path = "bare".to_owned();
+        picker.list();
+        assert_eq!(picker.listed, Some(at("zoo/")));
+        assert_eq!(picker.file(), at("zoo/bare.toml"));
+        // What is opened has the ending that it has.
+        let mut picker = open(folder.path());
+        picker.path = "a2".to_owned();
+        assert_eq!(picker.file(), at("a2"));
+        // A path that starts nowhere starts where the program does.
+        let picker = Picker::new(Purpose::Save, "x.toml".to_owned(), Vec::new());
+        assert!(picker.file().is_absolute(), "{}", picker.path);
     }
 
     #[test]

@@ -48,7 +48,7 @@ impl Still {
 
     /// Where it goes.
     pub fn path(&self) -> PathBuf {
-        Picker::target(&self.picker.path)
+        self.picker.file()
     }
 
     /// The files that it makes.
@@ -165,4 +165,29 @@ pub fn show(ui: &mut Ui, still: &mut Still, asked: &Asked<'_>, places: &mut Chan
     );
     places.places.append(&mut changes.places);
     places.refused = places.refused.take().or(changes.refused);
+}
+
+#[cfg(all(test, not(target_arch = "wasm32")))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_without_an_ending_has_that_of_the_kind_chosen_last() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        let mut still = Still::new(at("a-001.png").display().to_string(), [8, 8]);
+        let mut typed = |path: &str, wanted: &str| {
+            path.clone_into(&mut still.picker.path);
+            still.picker.press();
+            assert_eq!(still.path(), at(wanted), "{path}");
+            still.is_exr()
+        };
+        assert!(!typed("b", "b.png"));
+        assert!(typed("b.EXR", "b.EXR"));
+        assert!(typed("c", "c.exr"));
+        assert!(!typed("c.png", "c.png"));
+        assert!(!typed("d", "d.png"));
+        still.frames = 2;
+        assert_eq!(still.files(), [at("d.0000.png"), at("d.0001.png")]);
+    }
 }

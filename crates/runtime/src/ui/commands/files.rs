@@ -255,9 +255,14 @@ impl Workspace {
     }
 }
 
+/// Where a scene is saved.
+pub(super) fn scene_picker(path: String) -> FilePicker {
+    FilePicker::new(Purpose::Save, path, vec!["toml".to_owned()])
+}
+
 fn save_as_question(path: String, then: Then) -> Question {
     Question::SaveAs {
-        picker: FilePicker::new(Purpose::Save, path, vec!["toml".to_owned()]),
+        picker: scene_picker(path),
         failure: None,
         then,
     }

@@ -9,6 +9,7 @@ use strandlight_scene::interactive::PictureProgress;
 
 use crate::error::SessionError;
 use crate::session::Session;
+use crate::ui::commands::files::scene_picker;
 use crate::ui::document::Document;
 use crate::ui::job::{Job, JobResult, News, Wanted};
 use crate::ui::layout::UiState;
@@ -112,7 +113,9 @@ impl Workspace {
             }) => match (wanted, path) {
                 (Wanted::Open, Some(path)) => self.take_file(&path),
                 (Wanted::SaveAs(then), Some(path)) => {
-                    self.save_as(path.display().to_string(), then, false);
+                    // The desktop may leave the ending out.
+                    let file = scene_picker(path.display().to_string()).file();
+                    self.save_as(file.display().to_string(), then, false);
                 }
                 (Wanted::Open, None) if is_missing => self.list_files(),
                 (Wanted::SaveAs(then), None) if is_missing => self.list_places(then),
