@@ -16,6 +16,8 @@ pub struct MotionState {
     pub is_playing: bool,
     /// Seconds since the start of the motion.
     pub seconds: f64,
+    /// The wind that was switched off last.
+    off: Option<WindSection>,
 }
 
 impl MotionState {
@@ -25,6 +27,21 @@ impl MotionState {
         if self.is_playing && end.is_some_and(|end| self.seconds >= end) {
             self.seconds = 0.0;
         }
+    }
+
+    /// Switches wind on, as it was before, or off. The clock stands until it is started.
+    fn set_wind(&mut self, scene: &mut Scene, is_windy: bool) {
+        let before = scene.motion.take().and_then(|motion| motion.wind);
+        match is_windy {
+            true => {
+                scene.motion = Some(MotionSection {
+                    wind: Some(self.off.take().unwrap_or_default()),
+                    ..MotionSection::default()
+                });
+            }
+            false => self.off = before,
+        }
+        self.is_playing = false;
     }
 }
 
@@ -45,11 +62,7 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, state: &mut MotionState, changes: &m
             let box_ = ui.checkbox(&mut is_windy, "Enable wind");
             changes.place("Wind toggle", &box_);
             if box_.changed() {
-                scene.motion = is_windy.then(|| MotionSection {
-                    wind: Some(WindSection::default()),
-                    ..MotionSection::default()
-                });
-                state.is_playing = is_windy;
+                state.set_wind(scene, is_windy);
                 changes.note("Wind");
             }
         });
@@ -322,13 +335,38 @@ mod tests {
         let end = end_of(&scene);
         assert_eq!(end, Some(0.5));
         let mut state = MotionState {
-            is_playing: false,
             seconds: 0.5,
+            ..MotionState::default()
         };
         state.toggle(end);
         assert!(state.is_playing && state.seconds == 0.0);
         state.seconds = 0.2;
         state.toggle(end);
         assert!(!state.is_playing && state.seconds == 0.2);
+    }
+
+    #[test]
+    fn wind_that_is_switched_off_comes_back_as_it_was() {
+        let mut scene = Scene::new("a", "b");
+        let mut state = MotionState::default();
+        let blows = |scene: &Scene| scene.motion.clone().and_then(|motion| motion.wind);
+        state.set_wind(&mut scene, true);
+        assert_eq!(blows(&scene), Some(WindSection::default()));
+        assert!(!state.is_playing);
+        let strong = WindSection {
+            speed: 17.0,
+            gust: 0.8,
+            ..WindSection::default()
+        };
+        scene.motion = Some(MotionSection {
+            wind: Some(strong.clone()),
+            ..MotionSection::default()
+        });
+        state.toggle(None);
+        state.set_wind(&mut scene, false);
+        assert!(scene.motion.is_none() && !state.is_playing);
+        state.set_wind(&mut scene, true);
+        assert_eq!(blows(&scene), Some(strong));
+        assert!(!state.is_playing);
     }
 }
