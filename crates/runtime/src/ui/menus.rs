@@ -1,10 +1,12 @@
 //! The menus of the bar: files, and the view.
 
+use std::path::{Component, Path, PathBuf};
+
 use egui::{Button, RichText, Ui};
 
 use super::field::Changes;
 use super::keys::{self, Command, Side};
-use super::questions::{self, Answer};
+use super::questions::Answer;
 use super::settings::Settings;
 use super::theme;
 #[cfg(not(target_arch = "wasm32"))]
@@ -12,6 +14,9 @@ use crate::inspection::Inspection;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::light_layer::LightLayer;
 use crate::viewer::Viewer;
+
+/// Most files that are offered.
+const MOST_SHOWN: usize = 8;
 
 /// What the menus know of.
 pub struct MenuInput<'a> {
@@ -56,8 +61,9 @@ pub fn show(
             if !recent.is_empty() {
                 ui.label(RichText::new("Recent").small().color(theme::WEAK));
             }
-            for path in recent.iter().take(8) {
-                let button = ui.button(questions::name_of(path));
+            let recent_shown = &recent[..recent.len().min(MOST_SHOWN)];
+            for (path, name) in recent_shown.iter().zip(names_apart(recent_shown)) {
+                let button = ui.button(name);
                 if button.on_hover_text(path.display().to_string()).clicked() {
                     *answer = Some(Answer::Open(path.clone()));
                     ui.close();
@@ -142,5 +148,54 @@ pub fn show(
     changes.place("View menu", &view.response);
     for (name, response) in submenus {
         changes.place(name, &response);
+    }
+}
+
+/// The names of files, after as many of their folders as it takes to tell them from the others.
+fn names_apart(paths: &[PathBuf]) -> Vec<String> {
+    let end_of = |path: &Path, n: usize| -> PathBuf {
+        let mut parts: Vec<Component<'_>> = path.components().rev().take(n).collect();
+        parts.reverse();
+        parts.into_iter().collect()
+    };
+    let names = paths.iter().map(|path| {
+        let most = path.components().count();
+        let is_alone = |n: &usize| {
+            let end = end_of(path, *n);
+            !(paths.iter()).any(|other| other != path && end_of(other, *n) == end)
+        };
+        let n = (1..most).find(is_alone).unwrap_or(most);
+        end_of(path, n).display().to_string()
+    });
+    names.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_one_name_are_told_apart_by_their_folders() {
+        let paths = [
+            "/a/x/scene.toml",
+            "/b/x/scene.toml",
+            "/y/scene.toml",
+            "/a/x/b.toml",
+            "/scene.toml",
+        ];
+        let wanted = [
+            ["a", "x", "scene.toml"].as_slice(),
+            &["b", "x", "scene.toml"],
+            &["y", "scene.toml"],
+            &["b.toml"],
+        ];
+        let names = names_apart(&paths.map(PathBuf::from));
+        for (name, wanted) in names.iter().zip(wanted) {
+            let wanted: PathBuf = wanted.iter().collect();
+            assert_eq!(*name, wanted.display().to_string());
+        }
+        assert_eq!(names.len(), 5);
+        assert!(names[4].ends_with("scene.toml") && names[4].len() > "scene.toml".len());
+        assert!(names_apart(&[]).is_empty());
     }
 }
