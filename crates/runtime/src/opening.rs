@@ -14,6 +14,7 @@ use strandlight_formats::{
 use crate::error::SessionError;
 use crate::session::{Session, free_name};
 use crate::work::{Scratch, Work, WorkError};
+use strandlight_scene::SceneError;
 use strandlight_scene::files::Files;
 
 /// What a file is opened as.
@@ -339,7 +340,19 @@ fn around(
     scene.hair = scene.hair.with_preset("brown")?;
     let scene_path = beside(path, "toml", &files);
     files.hold(&scene_path, scene.to_toml_string()?.into_bytes());
-    Session::open_in(&scene_path, files)
+    Session::open_in(&scene_path, files).map_err(|error| of_file(error, path))
+}
+
+/// What is wrong with a scene that was made around the file at `path`: there is no scene yet that could be named.
+fn of_file(error: SessionError, path: &Path) -> SessionError {
+    let SessionError::Scene(SceneError::InFile { source, .. }) = error else {
+        return error;
+    };
+    SessionError::Scene(match *source {
+        // It names the file that it is about.
+        SceneError::Key { source, .. } if matches!(*source, SceneError::Format(_)) => *source,
+        other => other.in_file(path),
+    })
 }
 
 /// The bundled sample as a scene of the folder `home` that was never saved. Its hair and head are
@@ -637,5 +650,23 @@ mod tests {
             matches!(error, CannotOpen::Work(WorkError::Stopped)),
             "{error}"
         );
+    }
+
+    #[test]
+    fn a_file_that_is_broken_is_named_and_no_scene_around_it() {
+        let folder = folder();
+        let at = |name: &str| folder.path().join(name);
+        let whole = std::fs::read(at("head.groom")).expect("read");
+        std::fs::write(at("cut.groom"), &whole[..whole.len() / 2]).expect("written");
+        let lights = &SAMPLE_LIGHTS[..SAMPLE_LIGHTS.len() / 2];
+        std::fs::write(at("cut.lights"), lights).expect("written");
+        for name in ["cut.groom", "cut.lights"] {
+            let error = open(&at(name), &Work::default())
+                .expect_err(name)
+                .to_string();
+            let start = at(name).display().to_string();
+            assert!(error.starts_with(&start), "{error}");
+            assert!(!error.contains("cut.toml"), "{error}");
+        }
     }
 }
