@@ -1,6 +1,8 @@
 //! What frames of a script cost, as JSON. Times differ from run to run: they have a file of their
 //! own, so that all others are the same whenever they are made.
 
+use std::path::Path;
+
 use serde_json::{Value, json};
 
 use strandlight_scene::material::PartReport;
@@ -86,9 +88,13 @@ impl Timings {
         }));
     }
 
-    /// Number of frames.
-    pub fn n_frames(&self) -> usize {
-        self.frames.len()
+    /// What is said once they are written to `file`.
+    pub fn line_about(&self, file: &Path) -> String {
+        let frames = match self.frames.len() {
+            1 => "1 frame".to_owned(),
+            n => format!("{n} frames"),
+        };
+        format!("{}: {frames}", file.display())
     }
 
     /// The document: the scene's file, where it was rendered, milliseconds until it was open.
@@ -141,4 +147,18 @@ fn report(stats: &Stats) -> Value {
         "geometry_uploads": device.geometry_uploads,
         "device_bytes": device.bytes,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_counted_as_people_do() {
+        let mut timings = Timings::default();
+        for said in ["t.json: 0 frames", "t.json: 1 frame", "t.json: 2 frames"] {
+            assert_eq!(timings.line_about(Path::new("t.json")), said);
+            timings.frames.push(json!({}));
+        }
+    }
 }

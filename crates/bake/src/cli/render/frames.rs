@@ -87,11 +87,7 @@ pub fn run(args: &Args) -> Outcome {
     if args.json {
         print_line(document)
     } else {
-        print_line(format_args!(
-            "{}: {} frames",
-            path.display(),
-            timings.n_frames()
-        ))
+        print_line(timings.line_about(&path))
     }
 }
 

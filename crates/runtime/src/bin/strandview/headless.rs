@@ -128,8 +128,7 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
         _ => error.to_string(),
     };
     script.check(&session).map_err(in_script)?;
-    let cannot = |error| format!("{}: cannot be made: {error}", out.display());
-    std::fs::create_dir_all(out).map_err(cannot)?;
+    make_folder(out)?;
     let times = out.join("timings.json");
     check_writable(&times).map_err(|error| cannot_write(&times, &error))?;
     let mut taken = inputs_of(args);
@@ -165,11 +164,17 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
     let document = timings.document(&scene_of(args).display().to_string(), &backend, opened);
     let text = serde_json::to_string_pretty(&document)? + "\n";
     write(&times, text.as_bytes())?;
-    say(format!(
-        "{}: {} frames",
-        times.display(),
-        timings.n_frames()
-    ))
+    say(timings.line_about(&times))
+}
+
+/// A folder for the frames, made if it is not there.
+fn make_folder(folder: &Path) -> Result<(), String> {
+    if folder.metadata().is_ok_and(|data| !data.is_dir()) {
+        let why = "is not a folder, and several files are written; name a folder";
+        return Err(format!("{}: {why}", folder.display()));
+    }
+    std::fs::create_dir_all(folder)
+        .map_err(|error| format!("{}: cannot be made: {error}", folder.display()))
 }
 
 /// What the frame of `viewer` is made from.
@@ -243,5 +248,24 @@ fn say(line: String) -> Answer<()> {
             Err(format!("standard output: {error}").into())
         }
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_go_to_a_folder_that_is_made_and_to_no_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        for _ in 0..2 {
+            make_folder(&at("a/b")).expect("made");
+        }
+        std::fs::write(at("text.txt"), "").expect("written");
+        let refused = make_folder(&at("text.txt")).expect_err("a file");
+        assert!(refused.contains("text.txt: is not a folder"), "{refused}");
+        let below = make_folder(&at("text.txt/b")).expect_err("below a file");
+        assert!(below.contains("cannot be made"), "{below}");
     }
 }
