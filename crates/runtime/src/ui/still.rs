@@ -127,7 +127,6 @@ pub fn show(ui: &mut Ui, still: &mut Still, asked: &Asked<'_>, places: &mut Chan
         if Field::new(name, side.clone(), default)
             .unit(" px")
             .decimals(0)
-            .slider(16.0..=8192.0)
             .logarithmic()
             .show(ui, &mut value, &mut changes)
         {
@@ -189,5 +188,37 @@ mod tests {
         assert!(!typed("d", "d.png"));
         still.frames = 2;
         assert_eq!(still.files(), [at("d.0000.png"), at("d.0001.png")]);
+    }
+
+    /// All that a frame writes.
+    fn texts(shape: &egui::Shape, found: &mut Vec<String>) {
+        match shape {
+            egui::Shape::Text(text) => found.push(text.galley.text().to_owned()),
+            egui::Shape::Vec(shapes) => shapes.iter().for_each(|shape| texts(shape, found)),
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn the_range_of_sizes_is_the_one_that_is_taken() {
+        let mut still = Still::new("a.png".to_owned(), [8, 8]);
+        let asked = Asked {
+            scene: "a",
+            places: &[],
+            window: [8, 8],
+            scene_size: [8, 8],
+        };
+        let ctx = egui::Context::default();
+        let output = ctx.run_ui(egui::RawInput::default(), |ui| {
+            show(ui, &mut still, &asked, &mut Changes::default());
+        });
+        let mut found = Vec::new();
+        for shape in &output.shapes {
+            texts(&shape.shape, &mut found);
+        }
+        output.drop_without_applying_deltas();
+        let wanted = format!("1..{MAX_SIDE} px");
+        let n = found.iter().filter(|text| **text == wanted).count();
+        assert_eq!(n, 2, "{found:?}");
     }
 }
