@@ -147,12 +147,12 @@ impl Session {
         self.save_to(&self.path.clone(), None)
     }
 
-    /// Writes the scene to `path`, which it has from then on; comments of the file that it was read
-    /// from stay where only values have changed. Files that it names stay where they
-    /// are: relative paths are written so that they lead there. If the hair was painted or masked since the
-    /// groom was read or written, the groom goes to a new file beside the scene, called
-    /// `NAME-painted.groom` or with a number after that. Grooms, light sets, panoramas and meshes that were made
-    /// here and are in memory only are written beside the scene, under free names.
+    /// Writes the scene to `path`, which it has from then on; comments and layout of the file that it was read
+    /// from stay. Files that it names stay where they are: relative paths are written so that they lead there. If
+    /// the hair was painted or masked since the groom was read or written, the groom goes to a new file beside the
+    /// scene, called `NAME-painted.groom` or with a number after that. Hair with neither, whose file may be
+    /// other by now, keeps its name, or gets a number after it. Grooms, light sets, panoramas and meshes that were
+    /// made here and are in memory only are written beside the scene, under free names.
     ///
     /// # Errors
     /// What cannot be written, by name. What was written before it under a new name goes again.
@@ -340,6 +340,11 @@ impl Session {
         if path == self.path && (is_saved_before || self.written_grooms.contains(&groom)) {
             return groom;
         }
+        if self.snapshot.paint.is_none() && self.snapshot.mask.is_none() {
+            // Its file was read again, and may hold other hair now.
+            let called = path.with_file_name(groom.file_name().unwrap_or_default());
+            return free_name(&called, |path| self.files.exists(path));
+        }
         let free = (1..10_000).map(named).find(|path| !self.files.exists(path));
         free.unwrap_or_else(|| named(10_000))
     }
@@ -374,14 +379,16 @@ impl Session {
         let after = AssetSnapshot::new(assets, state)?;
         self.on_disk = OnDisk::new(&self.path, &scene, PaintState::of(state), &self.files);
         let mut before = std::mem::replace(&mut self.snapshot, after.clone());
-        // What its file had is no more.
-        before.file_state = None;
         let groom = self.scene.groom_path();
-        self.history.for_each_scene(|remembered, snapshot| {
-            if let Some(snapshot) = snapshot.filter(|_| remembered.groom_path() == groom) {
-                snapshot.file_state = None;
-            }
-        });
+        // What its file had is no more; one in memory is nobody else's.
+        if self.files.held(&groom).is_none() {
+            before.file_state = None;
+            self.history.for_each_scene(|remembered, snapshot| {
+                if let Some(snapshot) = snapshot.filter(|_| remembered.groom_path() == groom) {
+                    snapshot.file_state = None;
+                }
+            });
+        }
         let step = Step::Scene {
             before: Box::new(std::mem::replace(&mut self.scene, scene.clone())),
             after: Box::new(scene),

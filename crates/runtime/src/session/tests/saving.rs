@@ -211,3 +211,36 @@ fn a_save_that_fails_can_be_tried_again() {
     let again = Session::open(&scene).expect("all of it is there");
     assert_eq!(again.paint(), session.paint());
 }
+
+#[test]
+fn hair_without_paint_keeps_its_name_when_a_reload_is_undone() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    let session_with = |groom_in_memory: bool| {
+        std::fs::write(at("a.toml"), SCENE.replace("../b", "b")).expect("written");
+        std::fs::write(at("a.groom"), groom(1.0)).expect("written");
+        std::fs::write(at("b.lights"), lights()).expect("written");
+        let files = Files::over_disk();
+        let mut session = Session::open_in(&at("a.toml"), files).expect("readable");
+        if groom_in_memory {
+            session.files().hold(&at("y.groom"), groom(2.0));
+            edit(&mut session, "import", |s| s.groom.file = "y.groom".into());
+        }
+        session.reload().expect("readable");
+        session.undo();
+        session
+    };
+    let mut imported = session_with(true);
+    let saved = imported.save().expect("written");
+    assert_eq!(saved.files, ["y.groom", "a.toml"].map(at));
+    assert_eq!(std::fs::read(at("y.groom")).expect("read"), groom(2.0));
+    // What is on disk may be other hair by now.
+    let mut read = session_with(false);
+    std::fs::write(at("a.groom"), groom(3.0)).expect("written");
+    let saved = read.save().expect("written");
+    assert_eq!(saved.files, ["a-2.groom", "a.toml"].map(at));
+    let mut painted = session_with(false);
+    painted.stroke(dyed(0..2, &Paint::unpainted(4)));
+    let saved = painted.save().expect("written");
+    assert_eq!(saved.files, ["a-painted.groom", "a.toml"].map(at));
+}
