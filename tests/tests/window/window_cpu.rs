@@ -106,6 +106,15 @@ fn the_cpu_follows_edits_views_strokes_and_sizes() {
     let said = assert_done(command.arg("--frame").arg(&frame));
     assert!(said.contains("visibility list"), "{said}");
     png(&frame).assert_same(&start);
+
+    // So it is where it was asked for before it was finished.
+    view.after("picture", |view| {
+        view.drag(1, middle, [60, 20]);
+        view.key("p");
+    });
+    let turned = view.without_mouse();
+    turned.assert_different(&start);
+    png(&scene.folder.path().join("small-002.png")).assert_same(&turned);
     view.close();
 }
 
