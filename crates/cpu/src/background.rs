@@ -352,7 +352,9 @@ fn work(mut renderer: InteractiveRenderer, shared: &Shared) {
         let progress = renderer.progress();
         state.is_new |= is_failed || n_requests > 0 || state.progress != progress;
         state.progress = progress;
-        state.error = advanced.err();
+        if let Err(error) = advanced {
+            state.error = Some(error);
+        }
         if state.is_new {
             shared.has_news.notify_one();
         }

@@ -22,11 +22,24 @@ impl Patches {
         self.0.push((span, String::new()));
     }
 
+    /// Makes one of removals that have an end and a start in common, such as blank lines between two blocks.
+    fn join_removals(&mut self) {
+        self.0.dedup_by(|(next, with), (span, before)| {
+            let is_shared = span.start < next.start && next.start < span.end && span.end < next.end;
+            let is_one = is_shared && with.is_empty() && before.is_empty();
+            if is_one {
+                span.end = next.end;
+            }
+            is_one
+        });
+    }
+
     /// The changed text; `None` if two pieces overlap. A comment at the end of a line stays in its column where
     /// there is room.
     pub fn apply(mut self, text: &str) -> Option<String> {
         // Stable: what is inserted in one place comes in the order in which it was asked for.
         self.0.sort_by_key(|(span, _)| (span.start, span.end));
+        self.join_removals();
         let mut out = String::new();
         // How far the rest of the line has moved.
         let (mut at, mut moved) = (0, 0isize);
@@ -88,6 +101,10 @@ mod tests {
         patches.insert(text.len(), "e = 5\n".to_owned());
         let changed = patches.apply(text).expect("apart");
         assert_eq!(changed, "a = [10, 2.5] # one\nb = '##'\nd = 4\ne = 5\n");
+        let mut patches = Patches::default();
+        patches.remove(at("b = '#'\nc"));
+        patches.remove(at("c = 3\n"));
+        assert_eq!(patches.apply(text).expect("one"), "a = [1, 2]   # one\n");
         let mut patches = Patches::default();
         patches.remove(at("b = '#'\n"));
         patches.replace(at("'#'"), String::new());

@@ -317,6 +317,12 @@ impl<B: Backend + ?Sized> Viewer<B> {
         }
     }
 
+    /// Pages show the picture alone.
+    #[cfg(all(feature = "ui", target_arch = "wasm32"))]
+    pub(crate) fn awaited_layer(&self) -> Option<String> {
+        None
+    }
+
     /// Another number for every other groom, paint of it, place where it has moved to, and things beside it.
     #[cfg(feature = "ui")]
     pub(crate) fn n_beside_look(&self) -> u64 {

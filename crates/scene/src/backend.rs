@@ -76,7 +76,7 @@ pub trait Backend {
     /// device alone bends them, and follow later where a thread does.
     ///
     /// # Errors
-    /// As [`Strands::moved`](crate::strands::Strands::moved); nothing is changed then.
+    /// As [`Strands::moved`](crate::strands::Strands::moved); the strands stay as they are then. Where a thread bends them it is told later.
     fn set_wind(&mut self, wind: Option<Wind>) -> Result<(), RenderError>;
 
     /// Sets the paint of the groom's points in `changed`; of the others `paint` must be as it was.

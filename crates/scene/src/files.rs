@@ -89,12 +89,13 @@ impl Files {
             return plain(path);
         };
         let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        let folder = whole.parent().map(Path::canonicalize);
-        match (folder, whole.file_name()) {
-            // Links in it are known, so that `..` after one leads where the file system says.
-            (Some(Ok(folder)), Some(name)) => folder.join(name),
-            _ => plain(&whole),
+        // Links in folders that are there are known, so that `..` after one leads where the file system says.
+        for folder in whole.ancestors().skip(1) {
+            if let (Ok(found), Ok(rest)) = (folder.canonicalize(), whole.strip_prefix(folder)) {
+                return plain(&found.join(rest));
+            }
         }
+        plain(&whole)
     }
 
     /// All of a file of at most `limit` bytes.
@@ -358,9 +359,12 @@ mod tests {
             assert_eq!(files.read(&path, 10).expect(written), b"held");
             assert!(files.held(&path).is_some(), "{written}");
         }
-        // A folder that is made later.
-        files.hold(&relative.join("later/../new/b.lights"), *b"held");
-        assert!(files.exists(&whole.join("new/b.lights")));
+        // A folder that is made later, on a way over a link.
+        let later = folder.path().join("link/new/b.lights");
+        files.hold(&later, *b"held");
+        assert!(files.exists(&relative.join("link/later/../new/b.lights")));
+        std::fs::create_dir(folder.path().join("scenes/links/new")).expect("made");
+        assert!(files.exists(&later));
         files.release(&relative.join("scenes/../maps/a.lights"));
         assert!(!files.exists(&whole.join("maps/a.lights")));
     }

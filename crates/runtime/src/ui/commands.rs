@@ -348,18 +348,24 @@ impl Workspace {
         }
     }
 
-    /// Saves the picture once it is finished; at once where hair moves on, or nothing more comes.
+    /// Saves the picture once it is finished.
     pub(super) fn screenshot(&mut self) {
-        let is_moving = self.state.motion.is_playing;
-        if self.is_unlogged && !is_moving && !self.is_stuck {
-            self.is_to_be_saved = true;
+        self.is_to_be_saved = true;
+        self.save_if_finished();
+        if self.is_to_be_saved {
             self.say("The picture is saved once it is finished");
-        } else {
-            self.save_screenshot();
         }
     }
 
-    pub(super) fn save_screenshot(&mut self) {
+    /// Saves the picture if that was asked for and it is finished; as it is where hair moves on, or nothing more comes.
+    pub(super) fn save_if_finished(&mut self) {
+        let is_moving =
+            self.state.motion.is_playing && self.viewer.session().scene().motion.is_some();
+        let is_finished =
+            self.progress.is_done && !self.is_unlogged && self.viewer.awaited_layer().is_none();
+        if !self.is_to_be_saved || !(is_finished || is_moving || self.is_stuck) {
+            return;
+        }
         self.is_to_be_saved = false;
         let saved = self.document.screenshot(&self.viewer);
         match saved {

@@ -499,43 +499,30 @@ fn bar(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiOut
     });
 }
 
-/// The name of what is to be shown in place of the picture's colours and is still being drawn.
-#[cfg(not(target_arch = "wasm32"))]
-fn awaited(viewer: &Viewer) -> Option<String> {
-    let inspection = viewer.inspection()?;
-    let is_awaited = inspection.is_drawn_apart() && !viewer.is_inspection_shown();
-    is_awaited.then(|| inspection.name())
-}
-
-/// Pages show the picture alone.
-#[cfg(target_arch = "wasm32")]
-fn awaited(_: &Viewer) -> Option<String> {
-    None
-}
-
 fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState, changes: &mut Changes) {
     let progress = input.progress;
     let is_narrow = state.panel.is_narrow;
     ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-        let (what, share) = if let Some(name) = awaited(input.viewer).filter(|_| progress.is_done) {
-            // The picture is finished, which is not what was asked for.
-            (format!("drawing {name}"), 0.0)
-        } else if progress.is_done && progress.total_samples == 0 {
-            ("done".to_owned(), 1.0)
-        } else if progress.is_done {
-            (format!("{} samples", progress.samples), 1.0)
-        } else if progress.is_shaded && progress.total_samples > 0 {
-            let PictureProgress {
-                samples,
-                total_samples,
-                ..
-            } = progress;
-            let share = samples as f32 / total_samples.max(1) as f32;
-            (format!("{samples} of {total_samples} samples"), share)
-        } else {
-            // What is shown was lit before the last edit.
-            ("shading".to_owned(), 0.0)
-        };
+        let (what, share) =
+            if let Some(name) = input.viewer.awaited_layer().filter(|_| progress.is_done) {
+                // The picture is finished, which is not what was asked for.
+                (format!("drawing {name}"), 0.0)
+            } else if progress.is_done && progress.total_samples == 0 {
+                ("done".to_owned(), 1.0)
+            } else if progress.is_done {
+                (format!("{} samples", progress.samples), 1.0)
+            } else if progress.is_shaded && progress.total_samples > 0 {
+                let PictureProgress {
+                    samples,
+                    total_samples,
+                    ..
+                } = progress;
+                let share = samples as f32 / total_samples.max(1) as f32;
+                (format!("{samples} of {total_samples} samples"), share)
+            } else {
+                // What is shown was lit before the last edit.
+                ("shading".to_owned(), 0.0)
+            };
         ui.add(
             egui::ProgressBar::new(share)
                 .desired_width(90.0)

@@ -550,9 +550,6 @@ impl Workspace {
         if self.progress.is_done && std::mem::take(&mut self.is_unlogged) {
             let samples = self.progress.samples;
             self.log.write("frame", json!({ "samples": samples }));
-            if self.is_to_be_saved {
-                self.save_screenshot();
-            }
             #[cfg(not(target_arch = "wasm32"))]
             self.keep_thumbnail();
             if std::mem::take(&mut self.loses_device) {
@@ -562,6 +559,7 @@ impl Workspace {
                 self.window.request_redraw();
             }
         }
+        self.save_if_finished();
     }
 
     /// Tells how far the picture on screen is to ground truth, where that is news.

@@ -55,6 +55,14 @@ impl Viewer {
         self.current_inspector().is_some()
     }
 
+    /// The name of what is to be shown in place of the picture's colours and is still being drawn.
+    #[cfg(feature = "ui")]
+    pub(crate) fn awaited_layer(&self) -> Option<String> {
+        let inspection = self.inspection()?;
+        let is_awaited = inspection.is_drawn_apart() && !self.is_inspection_shown();
+        is_awaited.then(|| inspection.name())
+    }
+
     fn current_inspector(&self) -> Option<&Inspector> {
         let inspector = self.inspector.as_ref()?;
         let (number, ..) = inspector.of.as_ref()?;

@@ -250,7 +250,7 @@ impl Workspace {
                 }
                 self.views = Views::default();
                 self.progress = PictureProgress::default();
-                self.is_stuck = false;
+                (self.is_stuck, self.is_to_be_saved) = (false, false);
                 let name = match &from {
                     Some(path) => path.display().to_string(),
                     None => "the sample".to_owned(),

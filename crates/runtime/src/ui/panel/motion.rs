@@ -35,11 +35,11 @@ impl MotionState {
         match is_windy {
             true => {
                 scene.motion = Some(MotionSection {
-                    wind: Some(self.off.take().unwrap_or_default()),
+                    wind: Some(self.off.clone().unwrap_or_default()),
                     ..MotionSection::default()
                 });
             }
-            false => self.off = before,
+            false => self.off = before.or(self.off.take()),
         }
         self.is_playing = false;
     }
