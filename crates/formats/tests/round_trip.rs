@@ -370,7 +370,7 @@ fn scene_errors_name_key_value_and_range() {
         ("[hair]\nmodes = ['TRRT']", ["line 7", "TRRT", "`TRT`"]),
         ("[render]\nbackground = 'sky'", ["line 7", "sky", "lights"]),
         ("[render]\nsize = [0, 1]", ["render.size", "0", "1..=16384"]),
-        ("[render]\nsamples = -1", ["line 7", "-1", "u32"]),
+        ("[render]\nsamples = -1", ["line 7", "-1", "whole number"]),
         (
             "[camera]\nposition = [0, 0, 1]\ntarget = [0, 0, 1]",
             ["camera.target", "[0.0, 0.0, 1.0]", "away"],
