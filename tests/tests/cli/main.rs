@@ -31,3 +31,4 @@ mod script_command;
 mod shard_command;
 mod stress_command;
 mod tables_default;
+mod words;

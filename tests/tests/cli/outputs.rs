@@ -16,7 +16,7 @@ use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, strandlight, strandview};
 
 /// A folder with `a.groom`, `a.lights`, `a.toml`, `a.tables`, `a.hair` and the map `a.exr`.
-fn samples() -> tempfile::TempDir {
+pub fn samples() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     write_small_scene(at, &curtain(6, 4, 0.5, 0.0), key_and_sky(), |scene| {
@@ -40,7 +40,7 @@ fn done(folder: &Path, line: &str) -> String {
     assert_done(&mut command(folder, line))
 }
 
-fn refused(folder: &Path, line: &str, needles: &[&str]) {
+pub fn refused(folder: &Path, line: &str, needles: &[&str]) {
     assert_refused(&mut command(folder, line), needles);
 }
 
@@ -602,68 +602,6 @@ fn a_command_with_a_document_of_its_own_prints_no_other() {
     assert_eq!(document["passed"], false);
     assert!(document["error"].is_null());
 }
-
-#[test]
-fn mistyped_words_are_recognised() {
-    let folder = samples();
-    let at = folder.path();
-    for (line, meant) in [
-        ("lights a.exr -o x --cout 3", "did you mean --count?"),
-        ("ligths a.exr", "did you mean lights?"),
-        ("groom imprt a.hair", "did you mean export or import?"),
-        ("render a.toml -o x.png --backend cpus", "did you mean cpu?"),
-        ("inspect a.groom --jsn", "did you mean --json?"),
-        ("tables -o x --thread 3", "did you mean --threads?"),
-    ] {
-        refused(at, line, &[meant, "see --help"]);
-    }
-    refused(
-        at,
-        "render a.toml -o x.png --backend cpus",
-        &["[possible values: auto, gpu, cpu]"],
-    );
-    assert_refused(
-        strandview()
-            .current_dir(at)
-            .args(["a.toml", "--sapmles", "3"]),
-        &["did you mean --samples?"],
-    );
-}
-
-#[test]
-fn numbers_below_zero_are_told_as_out_of_range() {
-    let folder = samples();
-    for (line, range) in [
-        ("lights a.exr -o x --count -4", "from 1 to 1024"),
-        ("render a.toml -o x.png --samples -4", "1..=65536"),
-        ("groom thin a.groom -o x.groom --strands -1", "0..="),
-        ("render a.toml -o x.png --size -4x3", "like 720x480"),
-        ("render a.toml -o x.png --converge --until -5%", "like 1%"),
-        ("render a.toml -o x.png --time -.5s", "number of seconds"),
-        (
-            "render a.toml -o x --turntable 2 --shard -1/4",
-            "a shard is I/N",
-        ),
-        ("lights a.exr -o x --max-error -1%", "in 0%..=100%"),
-        (
-            "groom transform a.groom -o x --translate -1,2",
-            "three numbers",
-        ),
-    ] {
-        refused(folder.path(), line, &["invalid value '-", range]);
-    }
-    // An option is not taken for the value of another, nor a file after -- for an option's value.
-    for (line, what) in [
-        (
-            "render a.toml -o x.png --size --quiet",
-            "a value is required",
-        ),
-        ("render -o x.png -- -4.toml", "-4.toml: "),
-    ] {
-        refused(folder.path(), line, &[what]);
-    }
-}
-
 #[test]
 fn quiet_leaves_results_and_errors() {
     let folder = samples();
