@@ -7,12 +7,23 @@ const TERM_SINGLE: u32 = 1u;
 const TERM_LOCAL: u32 = 2u;
 const TERM_GLOBAL: u32 = 4u;
 
+// global_density where all light is blocked, and where none is.
+const DENSITY_BLOCKED: f32 = 0.7;
+const DENSITY_OPEN: f32 = 1.65;
+
 // Light that reaches a point after forward scattering.
 struct ForwardLight {
     // T_f - T.
     gained: vec3f,
+    // Factor on what global scattering makes of it: global_density of T.
+    density: f32,
     // Its width in inclination.
     sigma_f: f32,
+}
+
+// Factor on global scattering where this share of a light comes unblocked.
+fn global_density(open: f32) -> f32 {
+    return DENSITY_BLOCKED + (DENSITY_OPEN - DENSITY_BLOCKED) * open;
 }
 
 // Of a light of this colour and width, for fibres of average a_f and beta_f_2.
@@ -31,5 +42,5 @@ fn forward_light(
     let carried = gained * (rgb / brightest) + 1e-12;
     let variance = beta_f_2 * forward_events(record, p, share);
     let mean = dot(carried, variance) / (carried.x + carried.y + carried.z);
-    return ForwardLight(gained, sqrt(lambda * lambda + mean));
+    return ForwardLight(gained, global_density(record.shares.x), sqrt(lambda * lambda + mean));
 }

@@ -314,7 +314,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         let gained = batch.density_forward * arriving.gained;
         let power = max(max(gained.x, gained.y), gained.z) * light.power;
         let radiance_in = light.solid_angle * gained * light.rgb;
-        let has_global = (TERMS & TERM_GLOBAL) != 0u && power >= batch.min_power;
+        let has_global = (TERMS & TERM_GLOBAL) != 0u && power * arriving.density >= batch.min_power;
         let has_local =
             (TERMS & TERM_LOCAL) != 0u && power * batch.max_local >= batch.min_power;
 // #if TABLES
@@ -331,7 +331,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             let global = global_scattering(
                 source.direction, eye, arriving.sigma_f, shading, lobes_tt, lobes_trt);
 // #endif
-            sum += radiance_in * global;
+            sum += arriving.density * radiance_in * global;
             evaluated.z++;
         }
         if has_local {

@@ -7,6 +7,8 @@ mod cli;
 
 use std::collections::HashSet;
 use std::ffi::OsString;
+use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::error::ErrorKind;
@@ -50,8 +52,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    #[cfg(unix)]
-    remove_temporary_files_when_interrupted();
+    strandlight_runtime::work::end_all_when_interrupted();
     // Asked of the words themselves, so that a line that cannot be parsed is answered as well.
     let mut options = std::env::args_os().take_while(|word| word != "--");
     if options.any(|word| word == "--json") {
@@ -66,8 +67,7 @@ fn main() -> ExitCode {
         {
             return ended_by(&cli::usage(&error));
         }
-        // Help and version are answers, not errors.
-        Err(answer) => answer.exit(),
+        Err(answer) => return answered(&answer),
     };
     if cli.quiet {
         cli::progress::be_quiet();
@@ -136,26 +136,20 @@ fn options_of_one_value(command: &clap::Command) -> HashSet<String> {
     names.chain(of_subcommands).collect()
 }
 
+/// Prints help or the version: answers, not errors. A reader that is gone wants no more of them.
+fn answered(answer: &clap::Error) -> ExitCode {
+    let printed = answer.print().and_then(|()| std::io::stdout().flush());
+    match printed {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            ended_by(&cli::Failure::file(Path::new(cli::STDOUT), error))
+        }
+        _ => ExitCode::from(answer.exit_code().try_into().unwrap_or(2)),
+    }
+}
+
 fn ended_by(failure: &cli::Failure) -> ExitCode {
     cli::print_failure(failure);
     ExitCode::from(failure.exit_code())
-}
-
-/// Ends the process at SIGINT and SIGTERM with nothing half written left behind, with the exit code
-/// that a shell gives to those signals. Where no handler can be installed, they end it as ever.
-#[cfg(unix)]
-fn remove_temporary_files_when_interrupted() {
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) else {
-        return;
-    };
-    std::thread::spawn(move || {
-        if let Some(signal) = signals.forever().next() {
-            strandlight_formats::remove_temporary_files();
-            // At once: graphics drivers do not take it well when the process exits under them.
-            signal_hook::low_level::exit(128 + signal);
-        }
-    });
 }
 
 fn dispatch(command: &Command) -> cli::Outcome {

@@ -20,11 +20,11 @@ use super::transmittance::mix_all;
 use super::unblocked::VisiblePoint;
 use super::voxelise::{grid_position, voxel_index};
 
-/// Visible points that a thread works on at a time.
+/// Rows that a thread works on at a time.
 const CHUNK: usize = 64;
 
-/// Places among which the shadow volume is looked up, at a time: some milliseconds if it is at all of them.
-const PLACES_AT_ONCE: usize = 256 * CHUNK;
+/// Rows for which the shadow volume is looked up at a time: some milliseconds if it is for all of them.
+const ROWS_AT_ONCE: usize = 256 * CHUNK;
 
 /// Places at which shares of shadow maps are taken at a time: some 3 ms on two cores.
 const SHARES_AT_ONCE: usize = 1 << 13;
@@ -52,22 +52,31 @@ pub(super) struct Arriving {
     /// By place: are there those of the maps as they are?
     has_share: Vec<bool>,
     n_with_shares: usize,
-    /// Places at which they are being taken, growing, and at how many of these they are.
-    taking: Option<(Vec<u32>, usize)>,
-    /// `[place][number][column]`, whole vectors of columns, unorm16: the unblocked share of all modes but TT; that
+    /// Where they are being taken, and at how many of these places they are.
+    taking: Option<(Vec<RowOf>, usize)>,
+    /// By place: its row of numbers. Points keep theirs from view to view, so that nothing is moved.
+    rows: Vec<u32>,
+    /// `[row][number][column]`, whole vectors of columns, unorm16: the unblocked share of all modes but TT; that
     /// of TT; three depths, see [`ShadowRecords`](strandlight_scattering::wide::ShadowRecords), over [`MOST_DEPTH`]; the sine of
     /// the inclination of the hair that the light passes.
     numbers: Vec<u16>,
 }
 
+/// The row of numbers that a place has. Sorted by rows, what threads write lies together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct RowOf {
+    row: u32,
+    place: u32,
+}
+
 /// What the shadow volume says at some places, while it is being found.
 #[derive(Clone, Debug)]
 struct Finding {
-    /// The places, growing.
-    places: Vec<u32>,
+    /// The places, by growing rows.
+    places: Vec<RowOf>,
     /// Columns that are found at all of them.
     n_filled: usize,
-    /// Places from the first on, of all there are, at which the next eight columns are found.
+    /// Rows from the first on, of all there are, at which the next eight columns are found.
     n_done: usize,
     /// `[column][voxel]` of these eight columns, unpacked.
     records: Vec<[f32; 4]>,
@@ -110,7 +119,7 @@ pub(super) fn lit_columns<'a>(
 #[derive(Clone, Copy)]
 pub(super) struct AtPoint<'a> {
     numbers: &'a [u16],
-    /// Numbers of a row, whole vectors.
+    /// Columns of a number, whole vectors.
     n: usize,
 }
 
@@ -178,43 +187,55 @@ impl Arriving {
             has_share: vec![false; n_places],
             n_with_shares: 0,
             taking: None,
+            rows: (0..n_places as u32).collect(),
             numbers: vec![0; N_NUMBERS * lights.len().next_multiple_of(LANES) * n_places],
         }
     }
 
-    /// Numbers of a row.
-    fn row(&self) -> usize {
+    /// Columns of a number, whole vectors.
+    fn n_columns(&self) -> usize {
         self.lights.len().next_multiple_of(LANES)
     }
 
+    /// Numbers of a row.
+    fn n_of_row(&self) -> usize {
+        N_NUMBERS * self.n_columns()
+    }
+
     /// The same of other visible points: what is found at those that were visible `before` is kept.
-    pub fn of_view(&self, before: &[u32], visible: &[u32]) -> Arriving {
-        let per_point = N_NUMBERS * self.row();
+    pub fn of_view(mut self, before: &[u32], visible: &[u32]) -> Arriving {
         let mut was = (0..).zip(before).peekable();
-        // Where each was among those before.
-        let places = visible.iter().map(|point| {
+        // The row of each, where it is found.
+        let rows = visible.iter().map(|point| {
             while was.next_if(|(_, other)| *other < point).is_some() {}
-            let old = was.next_if(|(_, other)| *other == point);
-            old.map(|(old, _): (usize, _)| old)
-                .filter(|old| self.is_found[*old])
+            let (old, _): (usize, _) = was.next_if(|(_, other)| *other == point)?;
+            self.is_found[old].then_some(self.rows[old])
         });
-        let places: Vec<Option<usize>> = places.collect();
-        let mut arriving = Arriving::new(&self.lights, visible.len());
-        arriving
-            .numbers
-            .par_chunks_mut((per_point * CHUNK).max(1))
-            .zip(places.par_chunks(CHUNK))
-            .for_each(|(numbers, places)| {
-                for (numbers, old) in numbers.chunks_mut(per_point.max(1)).zip(places) {
-                    if let Some(old) = old {
-                        numbers.copy_from_slice(&self.numbers[per_point * old..][..per_point]);
-                    }
-                }
-            });
-        arriving.is_found = places.iter().map(Option::is_some).collect();
-        arriving.n_found = places.iter().flatten().count();
-        arriving.has_shares = self.has_shares;
-        arriving
+        let rows: Vec<Option<u32>> = rows.collect();
+        let n_of_row = self.n_of_row();
+        let n_rows = (self.numbers.len() / n_of_row.max(1)).max(visible.len());
+        let mut is_free = vec![true; n_rows];
+        for row in rows.iter().flatten() {
+            is_free[*row as usize] = false;
+        }
+        let mut free = (0..n_rows as u32).filter(|row| is_free[*row as usize]);
+        let is_found: Vec<bool> = rows.iter().map(Option::is_some).collect();
+        self.rows = rows
+            .into_iter()
+            .filter_map(|row| row.or_else(|| free.next()))
+            .collect();
+        // Rows behind the last one that is needed go.
+        let n_rows = self.rows.iter().max().map_or(0, |last| *last as usize + 1);
+        let n = n_rows * n_of_row;
+        self.numbers
+            .reserve_exact(n.saturating_sub(self.numbers.len()));
+        self.numbers.resize(n, 0);
+        self.numbers.shrink_to(2 * n);
+        self.n_found = is_found.iter().filter(|is_found| **is_found).count();
+        self.is_found = is_found;
+        self.has_share = vec![false; visible.len()];
+        (self.n_with_shares, self.taking, self.finding) = (0, None, None);
+        self
     }
 
     /// Goes on finding what the shadow volume says, at all places or at `some`, of all lights and their packed records,
@@ -232,7 +253,7 @@ impl Arriving {
         let mut finding = match self.finding.take() {
             Some(finding) => finding,
             None => {
-                let places = missing(&self.is_found, some);
+                let places = self.missing(&self.is_found, some);
                 if places.is_empty() {
                     return true;
                 }
@@ -245,8 +266,8 @@ impl Arriving {
             }
         };
         if self.fill(&mut finding, scene, grid, lights, visible) {
-            for &place in &finding.places {
-                self.is_found[place as usize] = true;
+            for of in &finding.places {
+                self.is_found[of.place as usize] = true;
             }
             self.n_found += finding.places.len();
         } else {
@@ -281,30 +302,29 @@ impl Arriving {
         let lights = (&lifts[..], &finding.records[..]);
         let position = |point: u32| Vec3::from_slice(&points[point as usize]);
         let level = Level::new();
-        let n_row = self.row();
-        let per_point = N_NUMBERS * n_row;
-        let range = finding.n_done..(finding.n_done + PLACES_AT_ONCE).min(visible.len());
+        let (n_columns, n_of_row) = (self.n_columns(), self.n_of_row());
+        let n_rows = self.numbers.len() / n_of_row.max(1);
+        let range = finding.n_done..(finding.n_done + ROWS_AT_ONCE).min(n_rows);
         let places = &finding.places[..];
-        self.numbers[per_point * range.start..per_point * range.end]
-            .par_chunks_mut((per_point * CHUNK).max(1))
+        self.numbers[n_of_row * range.start..n_of_row * range.end]
+            .par_chunks_mut((n_of_row * CHUNK).max(1))
             .enumerate()
             .for_each(|(chunk, numbers)| {
                 let start = range.start + CHUNK * chunk;
                 let places = of_chunk(places, start);
                 dispatch!(level, simd => {
-                    for &place in places {
-                        let place = place as usize;
-                        let found = records_at(grid, lights, position(visible[place]));
-                        let rows = pack_row(simd, &found);
-                        let numbers = &mut numbers[per_point * (place - start)..][..per_point];
-                        for (numbers, row) in numbers.chunks_exact_mut(n_row).zip(rows) {
-                            numbers[columns.clone()].copy_from_slice(&row[..columns.len()]);
+                    for RowOf { row, place } in places {
+                        let found = records_at(grid, lights, position(visible[*place as usize]));
+                        let packed = pack_row(simd, &found);
+                        let numbers = &mut numbers[n_of_row * (*row as usize - start)..][..n_of_row];
+                        for (numbers, packed) in numbers.chunks_exact_mut(n_columns).zip(packed) {
+                            numbers[columns.clone()].copy_from_slice(&packed[..columns.len()]);
                         }
                     }
                 });
             });
         finding.n_done = range.end;
-        if range.end == visible.len() {
+        if range.end == n_rows {
             (finding.n_filled, finding.n_done) = (columns.end, 0);
             finding.records = Vec::new();
         }
@@ -338,7 +358,7 @@ impl Arriving {
         }
         let (places, n_done) = match self.taking.take() {
             Some(taking) => taking,
-            None => (missing(&self.has_share, some), 0),
+            None => (self.missing(&self.has_share, some), 0),
         };
         if places.is_empty() {
             return true;
@@ -353,10 +373,10 @@ impl Arriving {
         false
     }
 
-    /// Takes them at some places, growing.
+    /// Takes them at some places, by growing rows.
     fn take_shares_at(
         &mut self,
-        places: &[u32],
+        places: &[RowOf],
         columns: &[(usize, u32)],
         scene: &PreparedScene,
         eye: [f32; 3],
@@ -366,32 +386,30 @@ impl Arriving {
         let (Some(&first), Some(&last)) = (places.first(), places.last()) else {
             return;
         };
-        let range = first as usize..last as usize + 1;
-        let n_row = self.row();
-        let per_point = N_NUMBERS * n_row;
+        let range = first.row as usize..last.row as usize + 1;
+        let (n_columns, n_of_row) = (self.n_columns(), self.n_of_row());
         let pack = |share: f32| (share * ONE + 0.5) as i32 as u16;
         let through = ThroughShares::new(&scene.strands, eye, maps);
-        for place in places {
-            self.has_share[*place as usize] = true;
+        for of in places {
+            self.has_share[of.place as usize] = true;
         }
-        self.numbers[per_point * range.start..per_point * range.end]
-            .par_chunks_mut(per_point * CHUNK)
+        self.numbers[n_of_row * range.start..n_of_row * range.end]
+            .par_chunks_mut(n_of_row * CHUNK)
             .enumerate()
             .for_each_init(Scratch::default, |scratch, (chunk, numbers)| {
                 let start = range.start + CHUNK * chunk;
                 let places = of_chunk(places, start);
                 dispatch!(Level::new(), simd => {
-                    for &place in places {
-                        let place = place as usize;
+                    for RowOf { row, place } in places {
                         let at = VisiblePoint {
-                            place,
-                            point: visible[place] as usize,
+                            place: *place as usize,
+                            point: visible[*place as usize] as usize,
                         };
                         through.find(simd, at, scratch);
-                        let numbers = &mut numbers[per_point * (place - start)..][..per_point];
+                        let numbers = &mut numbers[n_of_row * (*row as usize - start)..][..n_of_row];
                         for &(column, slot) in columns {
                             numbers[column] = pack(maps.of_lights.share(slot, at));
-                            numbers[n_row + column] = pack(scratch.shares[slot as usize]);
+                            numbers[n_columns + column] = pack(scratch.shares[slot as usize]);
                         }
                     }
                 });
@@ -401,29 +419,41 @@ impl Arriving {
     /// At a visible point.
     #[inline(always)]
     pub fn at(&self, place: usize) -> AtPoint<'_> {
-        let n = self.row();
+        let n_of_row = self.n_of_row();
         AtPoint {
-            numbers: &self.numbers[N_NUMBERS * n * place..][..N_NUMBERS * n],
-            n,
+            numbers: &self.numbers[n_of_row * self.rows[place] as usize..][..n_of_row],
+            n: self.n_columns(),
         }
+    }
+
+    /// Places at which something is not found, of all or of `some`, by growing rows.
+    fn missing(&self, is_found: &[bool], some: Option<&[u32]>) -> Vec<RowOf> {
+        let is_missing = |place: &u32| !is_found[*place as usize];
+        let with_row = |place: u32| RowOf {
+            row: self.rows[place as usize],
+            place,
+        };
+        let mut places: Vec<RowOf> = match some {
+            Some(some) => some
+                .iter()
+                .copied()
+                .filter(is_missing)
+                .map(with_row)
+                .collect(),
+            None => (0..is_found.len() as u32)
+                .filter(is_missing)
+                .map(with_row)
+                .collect(),
+        };
+        places.sort_unstable();
+        places
     }
 }
 
-/// Places at which something is not found, of all or of `some`; growing.
-fn missing(is_found: &[bool], some: Option<&[u32]>) -> Vec<u32> {
-    let is_missing = |place: &u32| !is_found[*place as usize];
-    let mut places: Vec<u32> = match some {
-        Some(some) => some.iter().copied().filter(is_missing).collect(),
-        None => (0..is_found.len() as u32).filter(is_missing).collect(),
-    };
-    places.sort_unstable();
-    places
-}
-
-/// Those of growing places that lie in the chunk that starts at one.
-fn of_chunk(places: &[u32], start: usize) -> &[u32] {
+/// Those of places by growing rows whose rows lie in the chunk that starts at one.
+fn of_chunk(places: &[RowOf], start: usize) -> &[RowOf] {
     let [from, to] =
-        [start, start + CHUNK].map(|end| places.partition_point(|place| (*place as usize) < end));
+        [start, start + CHUNK].map(|end| places.partition_point(|of| (of.row as usize) < end));
     &places[from..to]
 }
 
@@ -518,23 +548,39 @@ mod tests {
         for (ix, number) in arriving.numbers.iter_mut().enumerate() {
             *number = ix as u16;
         }
+        let before = arriving.clone();
         let other = arriving.of_view(&[3, 7, 9], &[1, 3, 7, 9, 12]);
         assert_eq!(other.is_found, [false, true, false, true, false]);
-        // Six numbers of eight columns each.
-        assert_eq!(other.numbers[48..96], arriving.numbers[..48]);
-        assert_eq!(other.numbers[144..192], arriving.numbers[96..]);
-        assert!(other.n_found == 2 && other.numbers.len() == 240);
-        assert_eq!(other.numbers[96..144], [0; 48]);
+        assert_eq!(other.at(1).numbers, before.at(0).numbers);
+        assert_eq!(other.at(3).numbers, before.at(2).numbers);
+        assert_eq!(other.n_found, 2);
+        // Six numbers of eight columns each; no two places have the same.
+        assert_eq!(other.numbers.len(), 5 * 48);
+        let mut rows = other.rows.clone();
+        rows.sort_unstable();
+        assert_eq!(rows, [0, 1, 2, 3, 4]);
+        // Fewer points need no more room, and more of them find what is left.
+        let few = other.of_view(&[1, 3, 7, 9, 12], &[9]);
+        assert_eq!(few.at(0).numbers, before.at(2).numbers);
+        let again = few.of_view(&[9], &[8, 9, 10]);
+        assert_eq!(again.at(1).numbers, before.at(2).numbers);
+        assert_eq!((again.n_found, again.rows.len()), (1, 3));
     }
 
     #[test]
     fn places_are_looked_for_where_they_are_wanted() {
+        let mut arriving = Arriving::new(&[0], 4);
+        arriving.rows = vec![2, 0, 3, 1];
         let is_found = [false, true, false, false];
-        assert_eq!(missing(&is_found, None), [0, 2, 3]);
-        assert_eq!(missing(&is_found, Some(&[3, 1, 2])), [2, 3]);
+        let places = |some| -> Vec<u32> {
+            let missing = arriving.missing(&is_found, some);
+            missing.iter().map(|of| of.place).collect()
+        };
+        assert_eq!(places(None), [3, 0, 2]);
+        assert_eq!(places(Some(&[3, 1, 2])), [3, 2]);
         let first = CHUNK as u32;
-        let places = [first - 1, first, first + 3, 2 * first];
-        assert_eq!(of_chunk(&places, CHUNK), [first, first + 3]);
+        let places = [first - 1, first, first + 3, 2 * first].map(|row| RowOf { row, place: 7 });
+        assert_eq!(of_chunk(&places, CHUNK), &places[1..3]);
         assert!(of_chunk(&places, 3 * CHUNK).is_empty());
     }
 

@@ -112,6 +112,7 @@ impl BounceRays {
         }
         if self.ends.len() == bounce.nodes.len() {
             self.passed.shrink_to_fit();
+            self.bounce.forget_meshes();
         }
     }
 

@@ -1,11 +1,19 @@
 //! Refinements of a picture that is being looked at, faded in.
 
+use rayon::prelude::*;
+
 /// How much a picture may differ from the one that a screen showed before, of the same scene and view:
 /// relative RMS difference of their levels.
 pub(super) const MAX_STEP: f64 = 0.02;
 
 /// Most pictures of a fade: half a second at 60 a second.
 const MAX_STEPS: u32 = 30;
+
+/// Pixels that a thread works on at a time.
+const PIXELS_AT_ONCE: usize = 1 << 13;
+
+// Sums of squares of their levels fit into 32 bits.
+const _: () = assert!((PIXELS_AT_ONCE as u64) * 3 * 255 * 255 <= u32::MAX as u64);
 
 /// One picture becomes another within some steps.
 #[derive(Debug)]
@@ -40,31 +48,40 @@ impl Fade {
             std::mem::swap(pixels, &mut self.to);
             return true;
         }
-        let (n, step) = (self.n_steps, self.step);
-        pixels.clear();
-        pixels.extend(self.from.iter().zip(&self.to).map(|(from, to)| {
-            let mut pixel = *from;
-            for (level, to) in pixel.iter_mut().zip(to) {
-                let sum = u32::from(*level) * (n - step) + u32::from(*to) * step;
-                *level = ((sum + n / 2) / n) as u8;
+        // Weights that add up to 1 << 16.
+        let to_weight = (self.step << 16) / self.n_steps;
+        let from_weight = (1 << 16) - to_weight;
+        pixels.resize(self.to.len(), [0; 4]);
+        let pixels = pixels.par_chunks_mut(PIXELS_AT_ONCE);
+        let ends = (self.from.par_chunks(PIXELS_AT_ONCE)).zip(self.to.par_chunks(PIXELS_AT_ONCE));
+        pixels.zip(ends).for_each(|(pixels, (from, to))| {
+            let ends = from.as_flattened().iter().zip(to.as_flattened());
+            for (level, (from, to)) in pixels.as_flattened_mut().iter_mut().zip(ends) {
+                let sum = u32::from(*from) * from_weight + u32::from(*to) * to_weight;
+                *level = ((sum + (1 << 15)) >> 16) as u8;
             }
-            pixel
-        }));
+        });
         false
     }
 }
 
 /// Relative RMS difference of the levels of two pictures, over those of the brighter one.
 pub(super) fn difference(a: &[[u8; 4]], b: &[[u8; 4]]) -> f64 {
-    let (mut off, mut sum_a, mut sum_b) = (0_u64, 0_u64, 0_u64);
-    let square = |level: u8| u64::from(level) * u64::from(level);
-    for (a, b) in a.iter().zip(b) {
-        for (&a, &b) in a.iter().zip(b).take(3) {
-            off += square(a.abs_diff(b));
-            sum_a += square(a);
-            sum_b += square(b);
+    let chunks = (a.par_chunks(PIXELS_AT_ONCE)).zip(b.par_chunks(PIXELS_AT_ONCE));
+    let sums = chunks.map(|(a, b)| {
+        let mut sums = [0_u32; 3];
+        for (a, b) in a.iter().zip(b) {
+            for (&a, &b) in a.iter().zip(b).take(3) {
+                let levels = [a.abs_diff(b), a, b];
+                for (sum, level) in sums.iter_mut().zip(levels) {
+                    *sum += u32::from(level) * u32::from(level);
+                }
+            }
         }
-    }
+        sums.map(u64::from)
+    });
+    let add = |a: [u64; 3], b: [u64; 3]| [0, 1, 2].map(|ix| a[ix] + b[ix]);
+    let [off, sum_a, sum_b] = sums.reduce(|| [0; 3], add);
     (off as f64 / sum_a.max(sum_b).max(1) as f64).sqrt()
 }
 

@@ -9,8 +9,8 @@ mod inputs;
 pub(super) mod kept;
 mod lights;
 mod parts;
-mod plain;
 mod resolve;
+mod served;
 mod shading;
 mod stage;
 mod stages;
@@ -22,10 +22,11 @@ use strandlight_scene::stats::{self, Observer};
 use strandlight_scene::{Picture, PreparedScene, Stats};
 
 use super::radiance::RadianceBefore;
+use super::stats_name::stats_name;
 use super::unblocked::Unblocked;
 
+use inputs::NeededTables;
 use parts::{Painted, Picturing, ProxyLight, Quality, Shaded};
-use shading::needs_tables;
 pub(super) use stage::Edit;
 use stage::Stage;
 use stages::can_be_everywhere;
@@ -42,66 +43,27 @@ impl Frame {
 
     /// Forgets what `edit` makes stale.
     pub fn edited(&mut self, edit: Edit) {
+        let is_shading_stale = Stage::Shade.inputs().contains(&edit);
         // Maps of this view, and those under way that will serve any.
         let are_kept =
             edit == Edit::View && (self.unblocked.as_ref()).is_some_and(Unblocked::is_everywhere);
         let is_cast_on = edit == Edit::View
             && (self.casting.as_ref()).is_some_and(|casting| casting.found().is_everywhere());
-        if edit == Edit::View {
-            // The next view starts with what this one shows, if it shows anything.
-            if let (Some((_, visible)), Some(shaded)) = (&self.list, self.shaded.take()) {
-                self.before_view = match shaded.quality {
-                    Quality::Carried => self.carried_from.take(),
-                    _ => Some((visible.points.clone(), shaded.radiance)),
-                };
-            }
-            self.carried_from = None;
-            self.keep_for_next_view(are_kept);
-        } else {
-            if Stage::ShadowMaps.inputs().contains(&edit) {
-                self.plain.arriving_before = None;
-            }
-            if Stage::ThroughMaps.inputs().contains(&edit) {
-                self.through_before = None;
-            }
+        match edit {
+            Edit::View => self.keep_for_next_view(are_kept),
+            _ => self.forget_views_before(edit),
         }
-        if edit == Edit::Paint {
-            let whole = self
-                .shaded
-                .take_if(|shaded| shaded.quality == Quality::Whole);
-            if let Some(Shaded {
-                radiance, paint, ..
-            }) = whole
-            {
-                self.before_paint = Some(Painted { radiance, paint });
-            }
-        } else if Stage::Shade.inputs().contains(&edit) {
-            self.before_paint = None;
+        if is_shading_stale {
+            self.keep_shaded(edit);
+            self.served.forget_draft();
         }
-        if Stage::Shade.inputs().contains(&edit) {
-            self.plain.forget_draft();
-        }
-        if !Stage::Shade.inputs().contains(&edit) {
-            // What is shown is still that of the scene.
-        } else if edit.keeps_shadows() {
-            let whole = self
-                .shaded
-                .take_if(|shaded| shaded.quality == Quality::Whole);
-            if let Some(shaded) = whole {
-                self.before = Some(RadianceBefore::new(shaded.radiance));
-            }
-        } else {
-            self.before = None;
-            self.before_view.take_if(|_| edit != Edit::View);
-            self.carried_from = None;
-        }
-        if edit != Edit::Colors && Stage::Shade.inputs().contains(&edit) {
+        if is_shading_stale && edit != Edit::Colors {
             self.forget_kept();
             match edit {
                 // Paint is no matter of plain points.
-                Edit::Paint => {}
-                _ if edit.keeps_shadows() => self.plain.outdate_bounced(),
-                _ => self.plain.forget_bounced(),
+                Edit::Paint | Edit::View => {}
+                _ if edit.keeps_shadows() => self.served.outdate_bounced(),
+                _ => self.served.forget_bounced(),
             }
         }
         for stage in Stage::ALL {
@@ -131,14 +93,28 @@ impl Frame {
         if edit == Edit::Background {
             self.version += 1;
         }
-        if matches!(edit, Edit::Paint | Edit::PaintKinds) {
-            self.needs_tables = None;
+        // Paint is mixed with the absorption of the hair.
+        if matches!(
+            edit,
+            Edit::Paint | Edit::PaintKinds | Edit::Hair | Edit::Terms
+        ) {
+            self.needed_tables = None;
         }
         self.was_turned |= edit == Edit::View && self.is_drawn;
     }
 
     /// Keeps what the next view can use, shadow maps too if they `are_kept`.
     fn keep_for_next_view(&mut self, are_kept: bool) {
+        let visible = (self.list.as_ref()).map(|(_, visible)| &visible.points[..]);
+        self.served.keep_bounced(visible);
+        // It starts with what this one shows, if it shows anything.
+        if let Some((visible, shaded)) = visible.zip(self.shaded.take()) {
+            self.before_view = match shaded.quality {
+                Quality::Carried => self.carried_from.take(),
+                _ => Some((visible.to_vec(), shaded.radiance)),
+            };
+        }
+        self.carried_from = None;
         let through = self.through.take();
         if through
             .as_ref()
@@ -146,20 +122,50 @@ impl Frame {
         {
             self.through_before = through;
         }
-        let arriving = self.plain.arriving.take();
+        let arriving = self.served.arriving.take();
         // Shares of other maps would stay beside those of the volume.
         let arriving = arriving.filter(|arriving| are_kept || !arriving.has_shares);
         let seen = arriving.is_some().then(|| self.list.take()).flatten();
-        self.plain.arriving_before = arriving
+        self.served.arriving_before = arriving
             .zip(seen)
             .map(|(arriving, (_, visible))| (arriving, visible.points));
+    }
+
+    /// Forgets what was kept of views before, as far as `edit`, which is none of the view, makes it stale.
+    fn forget_views_before(&mut self, edit: Edit) {
+        if Stage::ShadowMaps.inputs().contains(&edit) {
+            self.served.arriving_before = None;
+        }
+        if Stage::ThroughMaps.inputs().contains(&edit) {
+            self.through_before = None;
+        }
+    }
+
+    /// Keeps the radiance that pictures after `edit` start with, and forgets what they cannot.
+    fn keep_shaded(&mut self, edit: Edit) {
+        let is_whole = |shaded: &mut Shaded| shaded.quality == Quality::Whole;
+        self.before_paint.take_if(|_| edit != Edit::Paint);
+        if edit == Edit::Paint
+            && let Some(Shaded {
+                radiance, paint, ..
+            }) = self.shaded.take_if(is_whole)
+        {
+            self.before_paint = Some(Painted { radiance, paint });
+        }
+        if !edit.keeps_shadows() {
+            self.before = None;
+            self.before_view.take_if(|_| edit != Edit::View);
+            self.carried_from = None;
+        } else if let Some(shaded) = self.shaded.take_if(is_whole) {
+            self.before = Some(RadianceBefore::new(shaded.radiance));
+        }
     }
 
     /// The proxies are in other light.
     fn forget_lit_proxies(&mut self) {
         (self.proxies, self.bounce) = (None, None);
-        self.plain.finding_bounced = None;
-        if let Some(bounced) = &mut self.plain.bounced {
+        self.served.finding_bounced = None;
+        if let Some(bounced) = &mut self.served.bounced {
             bounced.is_current = false;
         }
     }
@@ -174,7 +180,7 @@ impl Frame {
     }
 
     fn forget_kept(&mut self) {
-        if let Some(kept) = &mut self.plain.kept {
+        if let Some(kept) = &mut self.served.kept {
             kept.forget();
         }
     }
@@ -187,13 +193,13 @@ impl Frame {
             Stage::Transmittance => {
                 (
                     self.records,
-                    self.plain.arriving,
-                    self.plain.arriving_before,
+                    self.served.arriving,
+                    self.served.arriving_before,
                 ) = (None, None, None);
             }
-            Stage::List => (self.listing, self.list, self.plain.arriving) = (None, None, None),
+            Stage::List => (self.listing, self.list, self.served.arriving) = (None, None, None),
             Stage::ShadowMaps => {
-                (self.casting, self.unblocked, self.plain.arriving) = (None, None, None);
+                (self.casting, self.unblocked, self.served.arriving) = (None, None, None);
             }
             Stage::ThroughMaps => (self.through_casting, self.through) = (None, None),
             Stage::ProxyLight => {
@@ -265,7 +271,7 @@ impl Frame {
 
     /// Has it the light of most points, and the others interpolated?
     pub fn has_most_points(&self) -> bool {
-        self.quality() == Some(Quality::Most)
+        matches!(self.quality(), Some(Quality::Turned | Quality::Most))
     }
 
     /// Has it all light?
@@ -334,8 +340,11 @@ impl Frame {
             .lights
             .as_ref()
             .is_some_and(|lights| lights.plan.views.is_empty());
-        // What is carried over from the view before is one, if only maps of the line of sight are to come.
-        let is_carried = self.quality() == Some(Quality::Carried) && self.unblocked.is_some();
+        // What is carried over from the view before is one, if only maps of the line of sight are to come and those of that
+        // view do not serve.
+        let is_carried = self.quality() == Some(Quality::Carried)
+            && self.unblocked.is_some()
+            && !self.has_through_near(picturing);
         let has_draft = self.has_shaded() || is_carried || !picturing.has_drafts || has_none;
         // The first maps of the lights show something if these are there.
         let maps = match &self.through {
@@ -359,7 +368,7 @@ impl Frame {
             && !self.is_recolored(picturing)
         {
             Some(Stage::Bounce)
-        } else if self.multiple.is_none() && self.needs_tables == Some(true) {
+        } else if self.lacks_tables() {
             Some(Stage::MultipleTables)
         } else if self.quality() != Some(Quality::Whole) {
             Some(Stage::Shade)
@@ -390,11 +399,27 @@ impl Frame {
 
     /// Can lights of other colours be shown at once, by what was kept?
     fn is_recolored(&self, picturing: &Picturing) -> bool {
-        let kept = self.plain.kept.as_ref().zip(self.lights.as_ref());
+        let kept = self.served.kept.as_ref().zip(self.lights.as_ref());
         picturing.has_drafts
             && !self.has_shaded()
             && (self.unblocked.is_some() && self.through.is_some())
             && kept.is_some_and(|(kept, lights)| kept.serves(&lights.records))
+    }
+
+    /// Are tables to be filled?
+    fn lacks_tables(&self) -> bool {
+        let is_lacking = |needed: NeededTables| {
+            let tables = self.multiple.as_ref();
+            needed.is_any() && tables.is_none_or(|tables| !needed.are_in(tables))
+        };
+        self.needed_tables.is_some_and(is_lacking)
+    }
+
+    /// Are there maps of the line of sight of a view before, near this one?
+    fn has_through_near(&self, picturing: &Picturing) -> bool {
+        self.through_before
+            .as_ref()
+            .is_some_and(|before| before.is_near(picturing.view.forward))
     }
 
     fn quality(&self) -> Option<Quality> {
@@ -405,15 +430,15 @@ impl Frame {
     fn step(&mut self, picturing: &Picturing) -> bool {
         let scene = picturing.scene;
         if self.stats.device.is_none() && self.stats.stages.is_empty() {
-            let threads = rayon::current_num_threads();
-            self.stats = scene.counts(format!("cpu: {threads} threads"));
+            self.stats = scene.counts(stats_name());
         }
         self.prepare_lights(scene);
         if let Some(lights) = &self.lights {
             // By the plan that is kept while colours change.
             self.stats.shadow_maps = lights.plan.views.len();
         }
-        self.needs_tables.get_or_insert_with(|| needs_tables(scene));
+        self.needed_tables
+            .get_or_insert_with(|| NeededTables::of(scene));
         let Some(stage) = self.next(picturing) else {
             self.is_drawn = true;
             return false;

@@ -28,6 +28,7 @@ use super::edited_scene::{EditedScene, edit_setters};
 use super::fade::Fade;
 use super::frame::Edit;
 use super::renderer::Advance;
+use super::stats_name::stats_name;
 
 /// Work after a view is shown [as seen from another](CpuRenderer::reprojected): less, and a drag would see no
 /// picture of its own; more, and it would lag.
@@ -362,11 +363,6 @@ impl InteractiveRenderer {
         report.shadings = self.shadings;
         report.stats = stats;
     }
-}
-
-/// What draws, as statistics name it.
-fn stats_name() -> String {
-    format!("cpu: {} threads", rayon::current_num_threads())
 }
 
 /// What a screen shows of `picture`, in place of what `pixels` had: radiance times `scale`, through `display`,

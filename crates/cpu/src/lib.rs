@@ -5,8 +5,9 @@
 //! with samples ([`render`]) and for tests. Rayon shares out the work; results do not depend on how.
 //!
 //! ```
-//! use strandlight_formats::{BakedFile, Groom, LightSet, Scene, SrbfLight};
-//! use strandlight_scene::PreparedScene;
+//! use strandlight_formats::{BakedFile, Groom, LightSet, Scene, SrbfLight, ToneMap};
+//! use strandlight_cpu::CpuRenderer;
+//! use strandlight_scene::{Backend, PreparedScene};
 //!
 //! // Files: one strand of 10 cm, and light from above.
 //! let folder = std::env::temp_dir().join(format!("strandlight-cpu-{}", std::process::id()));
@@ -24,8 +25,12 @@
 //! let mut scene = Scene::new("strand.groom", "sky.lights");
 //! scene.folder = folder.clone();
 //! let scene = PreparedScene::load(&scene)?;
-//! let (picture, _) = strandlight_cpu::render(&scene, &scene.camera, [16, 16], 4)?;
+//! let mut renderer = CpuRenderer::new(scene);
+//! // Of visibility lists, which have no samples, a picture has one.
+//! let (picture, _) = renderer.render([16, 16], 1, &|_share_done| ())?;
 //! assert_eq!((picture.width, picture.height), (16, 16));
+//! let png = picture.to_png(0.0, &ToneMap::Filmic.into())?;
+//! assert!(png.starts_with(b"\x89PNG"));
 //! std::fs::remove_dir_all(folder)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -59,6 +64,7 @@ mod screen_point;
 mod shade;
 mod shade_wide;
 mod shadow_map;
+mod stats_name;
 mod through_shares;
 mod transmittance;
 mod triangles;

@@ -21,6 +21,7 @@ use super::raster::{draw, ribbons};
 use super::screen_point::SAMPLED_WIDTH_PX;
 use super::shade::{Counts, shade, shade_bounce};
 use super::shadow_map::{Visibility, draw_maps, through_shares};
+use super::stats_name::stats_name;
 use super::transmittance::{Shadows, transmittance_beside};
 use super::voxelise::voxelise;
 
@@ -63,8 +64,7 @@ pub(super) fn render_observed(
     observer: Observer,
 ) -> Result<(Picture, Stats), RenderError> {
     check_frame(size, samples)?;
-    let threads = rayon::current_num_threads();
-    let mut stats = scene.counts(format!("cpu: {threads} threads"));
+    let mut stats = scene.counts(stats_name());
     stats.samples = samples;
     stats.passes = samples.div_ceil(PASS_SAMPLES);
     let strands = &scene.strands;

@@ -409,8 +409,13 @@ impl Terms {
         let power = gained[0].max(gained[1]).max(gained[2]) * light.power;
         let factor = gained.map(|gained| light.solid_angle * gained);
         let (towards, sigma_f) = (&source.direction, arriving.sigma_f);
-        if self.bits & TERM_GLOBAL != 0 && power >= self.min_power {
-            add(factor, global_scattering(towards, eye, sigma_f, shading), 2);
+        let density = arriving.density;
+        if self.bits & TERM_GLOBAL != 0 && power * density >= self.min_power {
+            add(
+                factor.map(|factor| factor * density),
+                global_scattering(towards, eye, sigma_f, shading),
+                2,
+            );
         }
         if self.bits & TERM_LOCAL != 0 && power * self.max_local >= self.min_power {
             let scattered = local_scattering(towards, eye, sigma_f, averages);

@@ -1,15 +1,15 @@
 //! Scattering of all lights at visible points, eight lights at a time: what [`super::shade`] computes
 //! one after the other, the same to rounding, and for multiple scattering, which comes from
-//! tables of the fibre in place of the closed form.
-//! Painted points, each with a fibre of its own, keep to the other way.
+//! tables of the fibre in place of the closed form. Painted points that differ in absorption have tables too; others keep
+//! to the other way.
 
 use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, ForwardTable, LightInFrame, Shading, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE,
-    WidthProfile, forward_table,
+    DirectionInFrame, LightInFrame, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, WidthProfile,
+    forward_table,
 };
-use strandlight_scattering::multiple_tables::MultipleTables;
+use strandlight_scattering::multiple_tables::{MultipleTables, PaintedTables};
 use strandlight_scattering::wide::{
     Directions, LANES, Level, Peaks, Place, Responses, Roulette, ShadowRecords, Simd, WideLights,
     dispatch, f32x8, forward_light, prelude::*, sample_forward, single_scattering,
@@ -19,10 +19,12 @@ use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::scene::LightRecord;
 
 mod bounce;
+mod eight_lights;
+mod optics;
 mod shadowed;
 
 use super::along_segments::{Along, Nodes, PLACES, add_along, frames_about, shares_along};
-use super::arriving::{Arriving, Columns, lit_columns};
+use super::arriving::{Arriving, lit_columns};
 use super::draft_multiple::{DraftPoint, LightColumns};
 use super::frame::kept::{N_NODES, narrow_columns};
 use super::halves::{half, n_numbers};
@@ -30,20 +32,49 @@ use super::radiance::{Radiance, mean};
 use super::shade::{Counts, Terms};
 use super::unblocked::{Unblocked, VisiblePoint};
 
+pub(super) use bounce::Fibres;
+use eight_lights::EightLights;
+use optics::{LastPainted, Painted, PlainOptics, PointOptics, Seen};
+
 /// Visible points that a thread shades at a time.
 const CHUNK: usize = 64;
 
-/// Shades unpainted points.
+/// Does something with the optics of a point, by a copy of the code for each kind; a function would be compiled without
+/// the instruction set.
+macro_rules! with_optics {
+    ($shader:ident, $point:expr, $last:expr, $optics:ident => $body:expr) => {{
+        let views = $shader.painted.as_ref().map(|painted| painted.views());
+        let painted = $shader.painted.as_ref().zip(views.as_ref());
+        let of_point = painted.and_then(|(painted, views)| painted.at(views, $point));
+        match (painted, &of_point, &$shader.plain) {
+            (Some((painted, views)), Some(of_point), _) => {
+                let $optics = &painted.optics(views, of_point, $last);
+                Some($body)
+            }
+            (_, _, Some($optics)) => Some($body),
+            _ => None,
+        }
+    }};
+}
+use with_optics;
+
+/// Tables of multiple scattering of a scene: of its fibre where some points have that, and of painted points where they serve
+/// some.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SceneTables {
+    pub plain: Option<MultipleTables>,
+    pub painted: PaintedTables,
+}
+
+/// Shades points that tables serve.
 pub(super) struct WideShader<'a> {
     scene: &'a PreparedScene,
     view: &'a ViewUniform,
-    /// Of the fibre.
-    tables: &'a MultipleTables,
     arriving: &'a Arriving,
-    shading: Shading<'a>,
-    forward: ForwardTable,
+    plain: Option<PlainOptics<'a>>,
+    painted: Option<Painted<'a>>,
     terms: Terms,
-    /// Of drafts, which leave to chance what hardly counts.
+    /// Of drafts, which leave to chance what hardly counts at points of the scene's fibre.
     peaks: Option<Peaks>,
     /// Colours of the lights that are not black, and their columns in [`Arriving`].
     colors: Vec<[f32; 3]>,
@@ -73,53 +104,6 @@ struct Narrow {
     column: usize,
 }
 
-/// Up to eight lights as shading reads them; missing lanes repeat the last one, and give nothing.
-#[derive(Clone, Copy)]
-struct EightLights {
-    n: usize,
-    columns: Columns,
-    /// Towards them: x, y, z.
-    direction: [[f32; LANES]; 3],
-    lambda: [f32; LANES],
-    rgb: [[f32; LANES]; 3],
-    brightest: [f32; LANES],
-    solid_angle: [f32; LANES],
-    power: [f32; LANES],
-}
-
-impl EightLights {
-    /// Of at most eight lights and their columns.
-    #[inline(always)]
-    fn new(lights: &[(usize, &LightRecord)]) -> EightLights {
-        let last = lights.len() - 1;
-        let columns: [usize; LANES] = std::array::from_fn(|lane| lights[lane.min(last)].0);
-        let mut eight = EightLights {
-            n: lights.len(),
-            columns: Columns::new(&columns[..lights.len()]),
-            direction: [[0.0; LANES]; 3],
-            lambda: [0.0; LANES],
-            rgb: [[0.0; LANES]; 3],
-            brightest: [0.0; LANES],
-            solid_angle: [0.0; LANES],
-            power: [0.0; LANES],
-        };
-        for lane in 0..LANES {
-            let (_, light) = lights[lane.min(last)];
-            for axis in 0..3 {
-                eight.direction[axis][lane] = light.direction[axis];
-                eight.rgb[axis][lane] = light.rgb[axis];
-            }
-            eight.lambda[lane] = light.lambda;
-            eight.brightest[lane] = light.rgb[0].max(light.rgb[1]).max(light.rgb[2]);
-            eight.power[lane] = light.power;
-        }
-        for (solid_angle, (_, light)) in eight.solid_angle.iter_mut().zip(lights) {
-            *solid_angle = light.solid_angle;
-        }
-        eight
-    }
-}
-
 /// What a thread shades points in.
 #[derive(Default)]
 struct Scratch {
@@ -134,6 +118,7 @@ struct Scratch {
     narrow: Vec<AlongOf>,
     narrow_weights: Vec<f32>,
     of_draft: DraftPoint,
+    last_painted: LastPainted,
 }
 
 /// Of a narrow light: the shares that reach the places about a point, if any is lit, and what single
@@ -183,7 +168,7 @@ impl<'a> WideShader<'a> {
     pub fn new(
         scene: &'a PreparedScene,
         (view, profile): (&'a ViewUniform, Option<&'a WidthProfile>),
-        tables: &'a MultipleTables,
+        tables: &'a SceneTables,
         (arriving, lights): (&'a Arriving, &[LightRecord]),
         maps: Option<&'a Unblocked>,
         peaks: Option<Peaks>,
@@ -191,7 +176,11 @@ impl<'a> WideShader<'a> {
         let lit: Vec<(usize, &LightRecord)> = lit_columns(&arriving.lights, lights).collect();
         let directions: Vec<[f32; 3]> = lit.iter().map(|(_, light)| light.direction).collect();
         let lambdas: Vec<f32> = lit.iter().map(|(_, light)| light.lambda).collect();
-        let shading = scene.hair.optics().shading(scene.tables.view());
+        let plain = tables.plain.as_ref().map(|tables| PlainOptics {
+            shading: scene.hair.optics().shading(scene.tables.view()),
+            forward: forward_table(scene.hair.averages()),
+            tables,
+        });
         let n_lights = arriving.lights.len();
         let narrow_columns = narrow_columns(&arriving.lights, lights);
         let narrow: Vec<Narrow> = (0..)
@@ -211,12 +200,11 @@ impl<'a> WideShader<'a> {
         WideShader {
             scene,
             view,
-            tables,
             arriving,
-            forward: forward_table(scene.hair.averages()),
+            plain,
+            painted: Painted::new(scene, &tables.painted),
             terms: Terms::new(scene),
             peaks,
-            shading,
             wide: WideLights::new(&directions, &lambdas),
             colors: lit.iter().map(|(_, light)| light.rgb).collect(),
             columns: lit.iter().map(|(column, _)| *column).collect(),
@@ -284,7 +272,12 @@ impl<'a> WideShader<'a> {
                     place: place as usize,
                     point: visible[place as usize] as usize,
                 };
-                let sum = self.point(simd, at, written, scratch, &mut counts);
+                let mut last = std::mem::take(&mut scratch.last_painted);
+                let sum = with_optics!(self, at.point, &mut last, optics => {
+                    self.point(simd, at, optics, written, scratch, &mut counts)
+                });
+                scratch.last_painted = last;
+                let sum = sum.unwrap_or_default();
                 for (value, sum) in radiance.iter_mut().zip(sum) {
                     *value = sum * self.view.radiance_scale;
                 }
@@ -348,7 +341,13 @@ impl<'a> WideShader<'a> {
 
     /// What single scattering of the narrow lights comes to about a point.
     #[inline(always)]
-    fn narrow<S: Simd>(&self, simd: S, at: VisiblePoint, scratch: &mut Scratch) {
+    fn narrow<S: Simd>(
+        &self,
+        simd: S,
+        at: VisiblePoint,
+        optics: &impl PointOptics,
+        scratch: &mut Scratch,
+    ) {
         let strands = &self.scene.strands;
         let Scratch {
             responses,
@@ -377,7 +376,7 @@ impl<'a> WideShader<'a> {
                 frame: frame.map(|axis: Vec3| axis.to_array()),
                 view,
             };
-            let (lights, shading) = (&self.wide_narrow, &self.shading);
+            let (lights, shading) = (&self.wide_narrow, optics.shading());
             single_scattering(
                 simd,
                 lights,
@@ -421,13 +420,14 @@ impl<'a> WideShader<'a> {
         &self,
         simd: S,
         at: VisiblePoint,
+        optics: &impl PointOptics,
         written: Written,
         scratch: &mut Scratch,
         counts: &mut Counts,
     ) -> [f32; 4] {
         let place = self.place(at.point);
         let arriving = self.arriving.at(at.place);
-        self.narrow(simd, at, scratch);
+        self.narrow(simd, at, optics, scratch);
         if let Written::Draft(_) = written {
             scratch.of_draft.clear(self.lights.len());
         }
@@ -445,7 +445,7 @@ impl<'a> WideShader<'a> {
                 .unblocked_tt
                 .push(arriving.unblocked_tt(&lights.columns));
         }
-        let mut sum = self.single(simd, at, &place, written, scratch, counts);
+        let mut sum = self.single(simd, at, (&place, optics), written, scratch, counts);
         let Scratch {
             unblocked,
             of_lights,
@@ -460,7 +460,8 @@ impl<'a> WideShader<'a> {
             let mut sums = [f32x8::splat(simd, 0.0); 3];
             for (ix, (lights, unblocked)) in self.lights.iter().zip(&*unblocked).enumerate() {
                 let records = arriving.records(&lights.columns);
-                let Multiple { direct, forward } = self.multiple(simd, lights, &records, &place);
+                let Multiple { direct, forward } =
+                    self.multiple(simd, lights, &records, (&place, optics));
                 let unblocked = f32x8::load_array_ref(simd, unblocked);
                 for channel in 0..3 {
                     let rgb = f32x8::load_array_ref(simd, &lights.rgb[channel]);
@@ -495,7 +496,7 @@ impl<'a> WideShader<'a> {
         &self,
         simd: S,
         at: VisiblePoint,
-        place: &Place,
+        (place, optics): (&Place, &impl PointOptics),
         written: Written,
         Scratch {
             responses,
@@ -541,12 +542,13 @@ impl<'a> WideShader<'a> {
         }
         let weights = weights.as_flattened();
         let (unblocked, unblocked_tt) = (unblocked.as_flattened(), unblocked_tt.as_flattened());
-        let roulette = self.peaks.map(|peaks| Roulette {
+        let peaks = self.peaks.filter(|_| optics.is_plain());
+        let roulette = peaks.map(|peaks| Roulette {
             tolerance: TOLERANCE,
             peaks,
             seed: at.point as u32,
         });
-        let shading = &self.shading;
+        let shading = optics.shading();
         single_scattering(
             simd, &self.wide, weights, place, shading, roulette, responses,
         );
@@ -595,7 +597,7 @@ impl<'a> WideShader<'a> {
         simd: S,
         lights: &EightLights,
         records: &[[f32; LANES]; 4],
-        place: &Place,
+        (place, optics): (&Place, &impl PointOptics),
     ) -> Multiple<S> {
         let bits = self.terms.bits;
         let [density_forward, density_back] = self.terms.densities;
@@ -628,17 +630,19 @@ impl<'a> WideShader<'a> {
             depths: [d_1, d_2, d_3],
             sin_theta: sine,
         };
-        let averages = sample_forward(&self.forward, sine);
+        let averages = sample_forward(optics.forward(), sine);
         let forward = forward_light(&record, &averages, &rgb, lambda);
-        let (global, local) =
-            self.tables
-                .at_lights(at.theta, view.theta, cos_delta, forward.sigma_f);
+        let seen = Seen {
+            theta: at.theta,
+            cos_theta: at.cos_theta,
+            cos_delta,
+            theta_o: view.theta,
+        };
+        let (global, local) = optics.at_lights(&seen, forward.sigma_f);
         let has_local = bits & TERM_LOCAL != 0;
         let mut direct = [zero; 3];
         if has_local {
-            direct =
-                self.tables
-                    .direct_at_lights(at.theta, at.cos_theta, view.theta, cos_delta, lambda);
+            direct = optics.direct_at_lights(&seen, lambda);
         }
         let mut found = Multiple {
             direct,
@@ -648,7 +652,7 @@ impl<'a> WideShader<'a> {
             let mut scattered = zero;
             let gained = forward.gained[channel] * density_forward;
             if bits & TERM_GLOBAL != 0 {
-                scattered += gained * global[channel];
+                scattered += gained * forward.density * global[channel];
             }
             if has_local {
                 scattered += gained * local[channel] * density_back;

@@ -48,6 +48,17 @@ pub(super) struct Through {
     pub forward: [f32; 3],
 }
 
+/// Cosine of the angle that the line of sight may turn by until its maps serve drafts alone: 0.35 radians, less than the width
+/// of the lobe that they lie in.
+const NEAR: f32 = 0.939;
+
+impl Through {
+    /// Do the maps serve a first picture of an eye that looks this way?
+    pub fn is_near(&self, forward: [f32; 3]) -> bool {
+        Vec3::from(self.forward).dot(Vec3::from(forward)) > NEAR
+    }
+}
+
 /// Finds TT's shares at points of a scene for an eye.
 pub(super) struct ThroughShares<'a> {
     strands: &'a Strands,

@@ -1,9 +1,11 @@
 //! The points that a picture shows.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use rayon::prelude::*;
 use strandlight_scene::strands::Strands;
 
-use super::list::VisibilityList;
+use super::list::{Tile, VisibilityList};
 use super::radiance::{Between, Radiance, RadianceBefore};
 
 /// Shares of all weight: that of the points which make up nearly all of the picture, and of those among which the ones are
@@ -41,27 +43,38 @@ impl VisiblePoints {
     /// Those of `list`, whose entries then have the place of their first point among these; that of
     /// the second is the next.
     pub fn number(list: &mut VisibilityList, strands: &Strands) -> VisiblePoints {
-        let mut weights = vec![-1.0_f32; strands.points.len()];
-        for entry in list.tiles.iter().flat_map(|tile| &tile.entries) {
-            let (first, t) = (entry.first as usize, entry.t());
-            for (point, share) in [(first, 1.0 - t), (first + 1, t)] {
-                weights[point] = weights[point].max(0.0) + share * entry.weight;
+        let n_points = strands.points.len();
+        // Halves, however many threads there are: sums are the same.
+        let (first, second) = list.tiles.split_at(list.tiles.len() / 2);
+        let (mut weights, others) = rayon::join(
+            || weights_of(first, n_points),
+            || weights_of(second, n_points),
+        );
+        let mut points = Vec::new();
+        let mut places = vec![0_u32; n_points];
+        for (point, (weight, other)) in weights.iter_mut().zip(&others).enumerate() {
+            if *weight >= 0.0 || *other >= 0.0 {
+                *weight = weight.max(0.0) + other.max(0.0);
+                places[point] = points.len() as u32;
+                points.push(point as u32);
             }
         }
-        let mut points = Vec::new();
-        let mut places = vec![0_u32; strands.points.len()];
-        for (point, _) in weights.iter().enumerate().filter(|(_, w)| **w >= 0.0) {
-            places[point] = points.len() as u32;
-            points.push(point as u32);
-        }
-        let mut is_joined = vec![false; points.len()];
-        for entry in list.tiles.iter_mut().flat_map(|tile| &mut tile.entries) {
-            entry.first = places[entry.first as usize];
-            is_joined[entry.first as usize] = true;
-        }
-        let weights: Vec<f32> = points.iter().map(|ix| weights[*ix as usize]).collect();
-        let has_weight = least_weights(weights.clone())
-            .map(|least| weights.iter().map(|weight| *weight >= least).collect());
+        let is_joined: Vec<AtomicBool> = points.iter().map(|_| AtomicBool::new(false)).collect();
+        let number = |tile: &mut Tile| {
+            for entry in &mut tile.entries {
+                entry.first = places[entry.first as usize];
+                is_joined[entry.first as usize].store(true, Ordering::Relaxed);
+            }
+        };
+        let has_weight = || {
+            let weights: Vec<f32> = points.iter().map(|ix| weights[*ix as usize]).collect();
+            let has = |least| weights.iter().map(|weight| *weight >= least).collect();
+            least_weights(weights.clone()).map(has)
+        };
+        let (has_weight, ()) = rayon::join(has_weight, || {
+            list.tiles.par_iter_mut().for_each(number);
+        });
+        let is_joined = is_joined.into_iter().map(AtomicBool::into_inner).collect();
         VisiblePoints::in_order(points, &has_weight, is_joined)
     }
 
@@ -71,19 +84,23 @@ impl VisiblePoints {
         [has_weight, has_much]: &[Vec<bool>; 2],
         is_joined: Vec<bool>,
     ) -> VisiblePoints {
-        let is_thinned = thinned(has_much, &is_joined);
-        let places = 0..points.len() as u32;
-        let (mut order, others): (Vec<u32>, Vec<u32>) =
-            places.partition(|place| is_thinned[*place as usize]);
-        let has_bounce = thinned(has_weight, &is_joined);
-        let (of_bounce, n_first_of_bounce) = first_thinned(&has_bounce, &is_joined);
-        let n_thinned = order.len();
-        let (much, little): (Vec<u32>, Vec<u32>) = others
-            .into_iter()
-            .partition(|place| has_weight[*place as usize]);
-        order.extend(much);
-        let n_first = order.len();
-        order.extend(little);
+        let of_bounce = || first_thinned(&thinned(has_weight, &is_joined), &is_joined);
+        let order = || {
+            let is_thinned = thinned(has_much, &is_joined);
+            let places = 0..points.len() as u32;
+            let (mut order, others): (Vec<u32>, Vec<u32>) =
+                places.partition(|place| is_thinned[*place as usize]);
+            let n_thinned = order.len();
+            let (much, little): (Vec<u32>, Vec<u32>) = others
+                .into_iter()
+                .partition(|place| has_weight[*place as usize]);
+            order.extend(much);
+            let n_first = order.len();
+            order.extend(little);
+            (order, n_thinned, n_first)
+        };
+        let ((order, n_thinned, n_first), (of_bounce, n_first_of_bounce)) =
+            rayon::join(order, of_bounce);
         VisiblePoints {
             points,
             order,
@@ -243,6 +260,18 @@ fn between(is_done: &[bool], is_joined: &[bool]) -> Vec<Between> {
             }
         })
         .collect()
+}
+
+/// By point: its weight in these tiles, below zero where they do not show it.
+fn weights_of(tiles: &[Tile], n_points: usize) -> Vec<f32> {
+    let mut weights = vec![-1.0_f32; n_points];
+    for entry in tiles.iter().flat_map(|tile| &tile.entries) {
+        let (first, t) = (entry.first as usize, entry.t());
+        for (point, share) in [(first, 1.0 - t), (first + 1, t)] {
+            weights[point] = weights[point].max(0.0) + share * entry.weight;
+        }
+    }
+    weights
 }
 
 /// The least weights of those that add up to [`SHARES`] of all.

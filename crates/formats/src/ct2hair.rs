@@ -13,6 +13,7 @@
 //! numbers, which such files hold, are left out, as CT2Hair does itself. Files are not written.
 
 use crate::bytes::{f32_at, point_at, u32_at};
+use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::groom::{Groom, UpAxis};
 use crate::groom_format::{
@@ -106,12 +107,16 @@ fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
         }
     }
     if at != bytes.len() {
-        let what = format!("{} bytes after the last strand", bytes.len() - at);
+        let what = counted(bytes.len() - at, "byte", "bytes") + " after the last strand";
         return Err(Error::invalid(what, at as u64));
     }
     let mut notes = Vec::new();
     if n_broken > 0 {
-        let what = format!("{n_broken} strands with points that are no numbers are left out");
+        let what = counted(
+            n_broken,
+            "strand with points that are no numbers is",
+            "strands with points that are no numbers are",
+        ) + " left out";
         notes.push(Note::new(NoteKind::Dropped, what));
     }
     let what = "directions, colours and labels of points are left out";

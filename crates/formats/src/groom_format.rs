@@ -404,6 +404,8 @@ pub struct Export {
     pub dropped: Vec<String>,
     /// What else was left out or made different.
     pub notes: Vec<Note>,
+    /// Number of points in the file, where it is not that of the groom.
+    pub n_points: Option<usize>,
 }
 
 impl Export {
@@ -412,6 +414,7 @@ impl Export {
             bytes,
             dropped: Vec::new(),
             notes: Vec::new(),
+            n_points: None,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::groom::{Groom, GroomSource};
 use crate::groom_format::{Export, ExportOptions, GroomFormat, Import, ImportOptions, StatedBy};
@@ -148,9 +149,13 @@ impl Groom {
             frame.validate()?;
             if frame.strand_offsets != first.strand_offsets {
                 return Err(Error::value(
-                    format!("strands and points of frame {ix}"),
-                    format!("{} and {}", frame.n_strands(), frame.points.len()),
-                    "as many in each strand as in the first frame",
+                    format!("frame {ix}"),
+                    format!(
+                        "of {} with {}",
+                        counted(frame.n_strands(), "strand", "strands"),
+                        counted(frame.points.len(), "point", "points")
+                    ),
+                    "of strands with as many points as in the first frame",
                 ));
             }
         }

@@ -55,6 +55,7 @@ mod baked_file;
 mod bytes;
 #[doc(hidden)]
 pub mod container;
+mod counted;
 mod ct2hair;
 mod cube;
 mod curves;
@@ -116,6 +117,7 @@ pub use baked_file::BakedFile;
 #[doc(hidden)]
 pub use container::Container;
 pub use container::Kind;
+pub use counted::counted;
 pub use cube::{Cube, CubeTable, MAX_CURVE_SIZE, MAX_GRID_SIZE};
 pub use error::{Error, FileName, Result};
 pub use groom::{Attribute, Domain, Groom, GroomSource, MAX_DIAMETER_CM, Original, UpAxis};
@@ -140,7 +142,7 @@ pub use paint::{
 };
 pub use panorama::{MAX_PANORAMA_WIDTH, Panorama, PanoramaSource};
 #[doc(hidden)]
-pub use plain_words::in_plain_words;
+pub use plain_words::{in_plain_words, system_in_plain_words};
 #[doc(hidden)]
 pub use preset::preset_names;
 #[doc(hidden)]

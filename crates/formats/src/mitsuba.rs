@@ -56,8 +56,8 @@ impl GroomFormat for MitsubaFormat {
         &INFO
     }
 
-    /// Four numbers on each line, the last one not negative; on most after a comment that states the shape, for
-    /// what is damaged there the reader tells.
+    /// Four numbers on each line, the last one not negative; on most after a comment that states the shape or where a float
+    /// is infinite or not a number, for what is damaged there the reader tells.
     fn sniff(&self, start: &[u8]) -> Sniff {
         let is_whole = start.len() < SNIFF_BYTES;
         // The last line may be cut.
@@ -73,7 +73,8 @@ impl GroomFormat for MitsubaFormat {
             match numbers::<4>(words(point)) {
                 Some([.., radius]) if radius >= 0.0 => n_points += 1,
                 None if words(point).next().is_none() => {}
-                _ if is_stated => n_others += 1,
+                // Those that are no numbers to render are the reader's to tell.
+                _ if is_stated || has_no_number(point) => n_others += 1,
                 _ => return Sniff::No,
             }
         }
@@ -113,6 +114,13 @@ fn basis_of(comment: &[u8]) -> Option<CurveBasis> {
 fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace)
         .filter(|word| !word.is_empty())
+}
+
+/// Is it a control point one of whose four floats is infinite or not a number?
+fn has_no_number(line: &[u8]) -> bool {
+    let float = |word| std::str::from_utf8(word).ok()?.parse::<f64>().ok();
+    let floats: Option<Vec<f64>> = words(line).map(float).collect();
+    floats.is_some_and(|floats| floats.len() == 4 && floats.iter().any(|x| !x.is_finite()))
 }
 
 /// Control points of all curves, and the first of each.
@@ -160,7 +168,7 @@ fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
         let (basis, what) = match least < 4 {
             true => (
                 CurveBasis::Linear,
-                "read as polylines (linearcurve), for a curve has less than four points",
+                "read as polylines (linearcurve), for a curve has fewer than four points",
             ),
             false => (
                 CurveBasis::BSpline,

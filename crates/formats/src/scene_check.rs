@@ -87,7 +87,7 @@ impl CameraSection {
             ));
         }
         if length(cross) <= 1e-6 * length(forward) * length(self.up) {
-            let range = "not zero and not along the line of sight";
+            let range = "a direction that is not along the line of sight";
             return Err(Error::value("camera.up", format!("{:?}", self.up), range));
         }
         Ok(())
@@ -101,11 +101,11 @@ impl MotionSection {
         }
         if self.wind.is_some() != self.frames.is_empty() {
             let found = if self.wind.is_some() {
-                "both"
+                "with both wind and frames"
             } else {
-                "neither"
+                "without wind and without frames"
             };
-            return Err(Error::value("motion", found, "either wind or frames"));
+            return Err(Error::value("motion", found, "with one of them"));
         }
         if self.fps.is_some() && self.frames.is_empty() {
             return Err(Error::value("motion.fps", "set", "absent without frames"));

@@ -322,6 +322,10 @@ mod tests {
             (b"\x93NUMPY\x01\0".to_vec(), "a NumPy array"),
             (b"0 1 2 0.1\n0 2 2 0.1\n".to_vec(), "a Mitsuba curve file"),
             (
+                b"0 1 2 0.1\n0 nan 2 0.1\n0 2 2 0.1\n".to_vec(),
+                "a Mitsuba curve file",
+            ),
+            (
                 b"# hair\nShape \"curve\" \"point3 P\"".to_vec(),
                 "a pbrt scene",
             ),
@@ -362,7 +366,7 @@ mod tests {
             );
             n_checked += 1;
         }
-        assert_eq!(n_checked, 49);
+        assert_eq!(n_checked, 50);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! A groom as a reader makes it, strand by strand.
 
+use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::groom::{Attribute, Domain, Groom, GroomSource, Original};
 use crate::groom_format::{ImportOptions, Note, NoteKind, Placement};
@@ -65,10 +66,11 @@ impl<'a> StrandList<'a> {
             return Err(Error::value(key, 0, "at least 1"));
         }
         if self.n_short > 0 {
-            let what = format!(
-                "{} strands of fewer than two points are left out",
-                self.n_short
-            );
+            let what = counted(
+                self.n_short,
+                "strand of fewer than two points is",
+                "strands of fewer than two points are",
+            ) + " left out";
             notes.push(Note::new(NoteKind::Dropped, what));
         }
         groom.source = GroomSource {

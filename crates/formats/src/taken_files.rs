@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use crate::input::STANDARD_STREAM;
-use crate::write::{OutputTarget, output_target};
+use crate::write::{OutputTarget, target_of};
 
 /// Files that an output must not be, and what each of them is.
 #[derive(Clone, Debug, Default)]
@@ -26,7 +26,7 @@ impl TakenFiles {
                 file => file,
             };
             // A descriptor leads to the file that it is open for.
-            if let Ok(target) = file.canonicalize().and_then(|file| output_target(&file)) {
+            if let Ok(target) = file.canonicalize().and_then(|file| target_of(&file)) {
                 self.kinds.entry(target).or_insert(kind);
             }
         }
@@ -39,10 +39,7 @@ impl TakenFiles {
         files: impl IntoIterator<Item = P>,
         kind: &'static str,
     ) -> &mut TakenFiles {
-        for target in files
-            .into_iter()
-            .flat_map(|file| output_target(file.as_ref()))
-        {
+        for target in files.into_iter().flat_map(|file| target_of(file.as_ref())) {
             self.kinds.entry(target).or_insert(kind);
         }
         self
@@ -58,6 +55,7 @@ impl TakenFiles {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::write::output_target;
 
     #[test]
     fn files_are_known_by_whatever_name() {

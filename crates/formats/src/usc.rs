@@ -19,6 +19,7 @@
 //! unit and axes (zero if there is none).
 
 use crate::bytes::{extend_floats, point_at, u32_at};
+use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::groom::{Groom, GroomSource, Original, UpAxis};
 use crate::groom_format::{
@@ -158,7 +159,7 @@ fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
         }
     }
     if !rest.bytes.is_empty() {
-        let what = format!("{} bytes after the last strand", rest.bytes.len());
+        let what = counted(rest.bytes.len(), "byte", "bytes") + " after the last strand";
         return Err(Error::invalid(what, rest.offset));
     }
     if groom.n_strands() == 0 {
@@ -168,8 +169,11 @@ fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
     let mut notes = Vec::new();
     if !shorts.is_empty() {
         let n = shorts.len();
-        let what =
-            format!("{n} strands of fewer than two points are kept for export but not drawn");
+        let what = counted(
+            n,
+            "strand of fewer than two points is",
+            "strands of fewer than two points are",
+        ) + " kept for export but not drawn";
         notes.push(Note::new(NoteKind::SetAside, what));
     }
     groom.source = GroomSource {

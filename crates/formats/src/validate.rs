@@ -9,7 +9,17 @@ pub(crate) fn in_range(key: impl Into<String>, value: f64, min: f64, max: f64) -
     if (min..=max).contains(&value) {
         Ok(())
     } else {
-        Err(Error::value(key, value, format!("in {min}..={max}")))
+        let range = format!("in {}..={}", shown(min), shown(max));
+        Err(Error::value(key, shown(value), range))
+    }
+}
+
+/// A number as it was given: fractions of 32 bits would have 17 digits as one of 64, of which half say nothing.
+fn shown(value: f64) -> String {
+    let short = value as f32;
+    match value.fract() != 0.0 && f64::from(short) == value {
+        true => short.to_string(),
+        false => value.to_string(),
     }
 }
 
@@ -33,5 +43,24 @@ pub(crate) fn short_name(key: impl Into<String>, text: impl AsRef<str> + Display
             format!("{name:?}"),
             "1 to 64 printable ASCII characters without blanks",
         ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_32_bits_are_said_as_short_as_they_were_given() {
+        let said = |value: f64| in_range("x", value, 1.0, 2.0).unwrap_err().to_string();
+        assert_eq!(said(f64::from(0.1_f32)), "x is 0.1, must be in 1..=2");
+        assert_eq!(said(0.1), "x is 0.1, must be in 1..=2");
+        assert_eq!(said(1e300), format!("x is {}, must be in 1..=2", 1e300));
+        assert_eq!(said(2147483648.0), "x is 2147483648, must be in 1..=2");
+        assert_eq!(said(f64::INFINITY), "x is inf, must be in 1..=2");
+        assert!(said(f64::NAN).starts_with("x is NaN, "));
+        let least = f64::from(0.001_f32);
+        let said = in_range("x", 0.0, least, 1.0).unwrap_err().to_string();
+        assert_eq!(said, "x is 0, must be in 0.001..=1");
     }
 }

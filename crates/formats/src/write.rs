@@ -39,8 +39,21 @@ fn refused<T>(kind: io::ErrorKind, what: &str) -> io::Result<T> {
 ///
 /// # Errors
 /// When [`write_file`] could not write there: no such folder, a directory, a loop of links, a
-/// socket or a disk.
+/// socket or a disk; a write-protected file.
 pub fn output_target(path: &Path) -> io::Result<OutputTarget> {
+    let target = target_of(path)?;
+    if let OutputTarget::File(path) = &target
+        && path
+            .symlink_metadata()
+            .is_ok_and(|there| is_write_protected(&there))
+    {
+        return refused(io::ErrorKind::PermissionDenied, "is write-protected");
+    }
+    Ok(target)
+}
+
+/// [`output_target`], of a file that may be write-protected.
+pub(crate) fn target_of(path: &Path) -> io::Result<OutputTarget> {
     if path == Path::new(STANDARD_STREAM) {
         return Ok(OutputTarget::Stdout);
     }
@@ -66,6 +79,22 @@ pub fn output_target(path: &Path) -> io::Result<OutputTarget> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(OutputTarget::File(path)),
         Err(error) => Err(error),
     }
+}
+
+/// Has somebody said that the file is not to be written? A rename over it would not ask, nor does the system ask root.
+fn is_write_protected(metadata: &fs::Metadata) -> bool {
+    !is_writable_by_owner(metadata)
+}
+
+#[cfg(unix)]
+fn is_writable_by_owner(metadata: &fs::Metadata) -> bool {
+    use std::os::unix::fs::PermissionsExt;
+    metadata.permissions().mode() & 0o200 != 0
+}
+
+#[cfg(not(unix))]
+fn is_writable_by_owner(metadata: &fs::Metadata) -> bool {
+    !metadata.permissions().readonly()
 }
 
 /// Longest chain of links that is followed, as on Linux.
@@ -150,8 +179,8 @@ pub fn check_folder(folder: &Path) -> io::Result<()> {
 }
 
 /// Writes `bytes` to `path`. A file is written through a temporary one in the same folder, so that
-/// it holds either what it held before or all of `bytes`, and keeps its permissions; a stream is
-/// written through.
+/// it holds either what it held before or all of `bytes`, and keeps its permissions; one that is
+/// write-protected is refused. A stream is written through.
 ///
 /// # Errors
 /// See [`check_writable`]; whatever creating, writing or renaming answers. The temporary file is

@@ -428,7 +428,7 @@ fn what_was_assumed_and_set_aside_is_noted() {
     let kinds: Vec<NoteKind> = import.notes.iter().map(|note| note.kind).collect();
     assert_eq!(kinds, [NoteKind::Assumed, NoteKind::SetAside]);
     assert!(import.notes[0].text.contains("small letters"));
-    let aside = "1 strands of a single point are kept for export but not drawn";
+    let aside = "1 strand of a single point is kept for export but not drawn";
     assert_eq!(import.notes[1].to_string(), aside);
 }
 

@@ -377,7 +377,11 @@ fn scene_errors_name_key_value_and_range() {
         ),
         (
             "[camera]\nposition = [0, 9, 0]\ntarget = [0, 0, 0]",
-            ["camera.up", "[0.0, 1.0, 0.0]", "line of sight"],
+            [
+                "camera.up",
+                "[0.0, 1.0, 0.0]",
+                "must be a direction that is not along the line of sight",
+            ],
         ),
         ("[hair]\nfrizz = 1", ["line 7", "frizz", "eta"]),
         ("[fog]\ndensity = 1", ["line 6", "fog", "camera"]),

@@ -363,7 +363,7 @@ fn what_is_not_there_is_told() {
     let open = lines("variantSet \"a\" = { \"b\" { float x = 1 } }");
     assert_eq!(
         notes(&import(&open).unwrap()),
-        ["1 sets of variants have none chosen and are left out"]
+        ["1 set of variants has none chosen and is left out"]
     );
 }
 

@@ -1,6 +1,7 @@
 //! Where a map came from: which image of its file, and which part of the sphere that holds.
 
 use std::fmt;
+use strandlight_formats::counted;
 
 /// Where a map came from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -150,11 +151,20 @@ impl fmt::Display for MapWindows {
             self.display, self.data
         )?;
         if self.black_pixels > 0 {
-            write!(f, "; {} pixels outside it are black", self.black_pixels)?;
+            let black = counted(
+                self.black_pixels,
+                "pixel outside it is",
+                "pixels outside it are",
+            );
+            write!(f, "; {black} black")?;
         }
         if self.dropped_pixels > 0 {
-            let count = self.dropped_pixels;
-            write!(f, "; {count} pixels outside the sphere are left out")?;
+            let (one, many) = (
+                "pixel outside the sphere is",
+                "pixels outside the sphere are",
+            );
+            let dropped = counted(self.dropped_pixels, one, many);
+            write!(f, "; {dropped} left out")?;
         }
         Ok(())
     }

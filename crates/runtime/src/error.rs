@@ -6,6 +6,7 @@ use strandlight_formats::{did_you_mean, in_plain_words};
 use strandlight_scene::budget::{FrameError, MAX_SAMPLES, MAX_SECONDS};
 pub use strandlight_scene::keys::KeyError;
 use strandlight_scene::keys::SetError;
+use strandlight_scene::paint::BrushError;
 use strandlight_scene::{RenderError, SceneError};
 
 /// A document that cannot be opened, changed, shown or saved.
@@ -158,6 +159,12 @@ pub enum StepError {
     /// The path of a stroke is no list of points.
     #[error("stroke.path: must be a list of points [x_px, y_px], or [x, y, z] in cm")]
     StrokePath,
+    /// A stroke that goes nowhere.
+    #[error("stroke.path is [], must have a point")]
+    EmptyPath,
+    /// A brush that cannot be used.
+    #[error(transparent)]
+    Brush(#[from] BrushError),
     /// Nothing to do, or several things.
     #[error("must be one of set, stroke, flood, time, undo, redo and frame")]
     NotOneStep,

@@ -171,6 +171,9 @@ fn stroke(value: Value) -> Result<BrushStroke, StepError> {
                 if serde_json::from_value::<StrokePath>(path.clone()).is_err() {
                     return Err(StepError::StrokePath);
                 }
+                if path.as_array().is_some_and(Vec::is_empty) {
+                    return Err(StepError::EmptyPath);
+                }
             }
             _ => return Err(unknown("stroke.", key, &["brush", "path"])),
         }
@@ -328,6 +331,7 @@ fn step(entry: Value, names: &mut BTreeSet<String>) -> Result<Step, StepError> {
             let size = frame.size.unwrap_or([1, 1]);
             check_frame(size, samples)?;
         }
+        Step::Stroke(BrushStroke { brush, .. }) | Step::Flood(brush) => brush.validate()?,
         Step::Time(seconds) if !(0.0..=MAX_SECONDS).contains(seconds) => {
             return Err(StepError::Time(*seconds));
         }
@@ -382,6 +386,14 @@ mod tests {
     fn faults_are_named_with_their_step() {
         for (text, needle) in [
             ("{}", "not a list"),
+            (
+                r#"[{"undo": 1}, {"stroke": {"path": []}}]"#,
+                "step 1: stroke.path is [], must have a point",
+            ),
+            (
+                r#"[{"flood": {"mask": {"from": 0.9, "to": 0.1}}}]"#,
+                "step 0: brush: mask.from = 0.9 must be in 0..=0.1",
+            ),
             ("[{}]", "step 0: must be one of"),
             (
                 r#"[{"undo": 1}, {"undo": 1, "redo": 1}]"#,

@@ -2,6 +2,7 @@
 //! own, so that all others are the same whenever they are made.
 
 use std::path::Path;
+use strandlight_formats::counted;
 
 use serde_json::{Value, json};
 
@@ -90,10 +91,7 @@ impl Timings {
 
     /// What is said once they are written to `file`.
     pub fn line_about(&self, file: &Path) -> String {
-        let frames = match self.frames.len() {
-            1 => "1 frame".to_owned(),
-            n => format!("{n} frames"),
-        };
+        let frames = counted(self.frames.len(), "frame", "frames");
         format!("{}: {frames}", file.display())
     }
 

@@ -481,6 +481,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     fn move_hair(&mut self) -> Result<(), RenderError> {
         if self.motion.is_some() {
             self.outdate_picture();
+            self.mask_view.forget();
         }
         let renderer = &mut self.renderer;
         match &mut self.motion {
@@ -539,9 +540,12 @@ impl<B: Backend + ?Sized> Viewer<B> {
         if change.has(Edits::CAMERA) {
             self.view = None;
         }
-        // Another groom has a mask of its own.
-        if change.has(Edits::MASK | Edits::GEOMETRY) {
+        if change.has(Edits::MASK) {
             self.mask_view.set_outdated();
+        }
+        // Another groom has a mask of its own, and what moves is seen elsewhere.
+        if change.has(Edits::GEOMETRY | Edits::SHAPE | Edits::MOTION) {
+            self.mask_view.forget();
         }
         // How it is graded can change while it goes on.
         let mut of_picture =

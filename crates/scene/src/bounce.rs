@@ -186,6 +186,11 @@ impl Bounce {
         self.first_hit(surface.position, direction, Some(surface))
     }
 
+    /// Frees what rays are followed through, once all that will be are.
+    pub fn forget_meshes(&mut self) {
+        self.meshes = Vec::new();
+    }
+
     fn first_hit(&self, start: Vec3, direction: Vec3, left: Option<&Surface>) -> BounceHit {
         let mut nearest = NOTHING;
         for (ix, proxy) in self.beside.records().list().iter().enumerate() {

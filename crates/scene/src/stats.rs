@@ -1,6 +1,7 @@
 //! What a frame cost.
 
 use std::fmt;
+use strandlight_formats::counted;
 use web_time::Instant;
 
 use crate::material::PartReport;
@@ -145,18 +146,17 @@ impl Stats {
     pub fn visibility(&self) -> String {
         match self.samples {
             0 => "visibility list".to_owned(),
-            1 => "1 sample".to_owned(),
-            n => format!("{n} samples"),
+            n => counted(n, "sample", "samples"),
         }
     }
 
     /// One line: where, how much, how long.
     pub fn summary(&self) -> String {
         format!(
-            "rendered on {}: {} points, {} lights, {} scattering, {:.1} s",
+            "rendered on {}: {}, {}, {} scattering, {:.1} s",
             self.backend,
-            self.points,
-            self.lights,
+            counted(self.points, "point", "points"),
+            counted(self.lights, "light", "lights"),
             self.scattering,
             1e-3 * self.milliseconds()
         )
@@ -167,26 +167,32 @@ impl Stats {
         writeln!(f, "rendered on {}", self.backend)?;
         write!(
             f,
-            "  {} strands, {} points, {} segments",
-            self.strands, self.points, self.segments
+            "  {}, {}, {}",
+            counted(self.strands, "strand", "strands"),
+            counted(self.points, "point", "points"),
+            counted(self.segments, "segment", "segments")
         )?;
         if self.degenerate_strands > 0 {
             write!(
                 f,
-                " ({} strands without extent left out)",
-                self.degenerate_strands
+                " ({} without extent left out)",
+                counted(self.degenerate_strands, "strand", "strands")
             )?;
         }
         writeln!(f)?;
         writeln!(
             f,
-            "  {} lights, {} sweeps through {} voxels, {} shadow maps",
-            self.lights, self.sweeps, self.voxels, self.shadow_maps
+            "  {}, {} through {}, {}",
+            counted(self.lights, "light", "lights"),
+            counted(self.sweeps, "sweep", "sweeps"),
+            counted(self.voxels, "voxel", "voxels"),
+            counted(self.shadow_maps, "shadow map", "shadow maps")
         )?;
         writeln!(
             f,
-            "  {} scattering, {} points out of view",
-            self.scattering, self.points_skipped
+            "  {} scattering, {} out of view",
+            self.scattering,
+            counted(self.points_skipped, "point", "points")
         )?;
         writeln!(f, "  term            products   negligible")?;
         for term in &self.terms {

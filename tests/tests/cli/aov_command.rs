@@ -469,6 +469,27 @@ fn the_reference_is_made_from_the_table_of_layers() {
     check_part(&page, "data layers", &data);
 }
 
+/// Layers of data beside the colours.
+#[test]
+fn layers_without_colour_are_compared_by_their_channel_or_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let run = |line: &str| {
+        let mut command = strandlight();
+        command.current_dir(at).args(line.split(' '));
+        command
+    };
+    let render = "render a.toml --backend cpu --size 24x16 --aov depth,tangent -o a.exr";
+    assert_done(&mut run(render));
+    let said = assert_done(&mut run("compare a.exr a.exr --layer depth"));
+    assert!(said.contains("24x16 pixels compared"), "{said}");
+    let needle = "layer tangent has no colour to compare: its channels are X, Y, Z";
+    assert_refused(&mut run("compare a.exr a.exr --layer tangent"), &[needle]);
+    let none = "no layer none; the file has (plain), ";
+    assert_refused(&mut run("compare a.exr a.exr --layer none"), &[none]);
+}
+
 #[test]
 fn what_cannot_be_is_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -140,10 +140,7 @@ fn reasons_are_told_and_nothing_is_written() {
     let at = folder.path();
     let dry = "bake bake.toml --dry-run";
     let said = done(at, dry);
-    assert!(
-        said.contains("out/h0.groom: out/h0.groom is missing\n"),
-        "{said}"
-    );
+    assert!(said.contains("out/h0.groom: is missing\n"), "{said}");
     assert!(said.ends_with("3 to make, 0 up to date\n"), "{said}");
     assert!(!at.join("out").exists());
     done(at, "bake bake.toml");
@@ -170,7 +167,7 @@ fn reasons_are_told_and_nothing_is_written() {
     fs::write(at.join("out/h1.groom"), bytes).expect("written");
     let said = done(at, dry);
     assert!(
-        said.starts_with("out/h1.groom: out/h1.groom was altered or is damaged\n1 to"),
+        said.starts_with("out/h1.groom: was altered or is damaged\n1 to"),
         "{said}"
     );
     restore("h1.groom").expect("written");
@@ -280,7 +277,23 @@ fn wrong_manifests_are_refused_with_their_place() {
         ),
         (
             &format!("{lights}no_report = true\nreport = 'r.json'\n"),
-            "lights[0].report: the argument '--report <R.html|R.json>' cannot be used with '--no-report'",
+            "bake.toml:6:10: lights[0].report: cannot be used with no_report",
+        ),
+        (
+            &format!("{lights}suns = 2\n"),
+            "lights[0]: residual is missing",
+        ),
+        (
+            &format!("{lights}frizzle = 2\n"),
+            "lights[0].frizzle: unknown; known are map, out, report, ",
+        ),
+        (
+            "[[groom]]\nin = 'hair/h0.hair'\nout = 5\n",
+            "bake.toml:4:7: groom[0].out: is 5, must be a name in quotes",
+        ),
+        (
+            "[[tables]]\nout = 'T.tables'\n[[tables]]\nout = 't.tables'\n",
+            "t.tables is the same file as T.tables, an output of tables[0], on Windows and macOS",
         ),
         (
             "[[groom]]\nin = 'no/*.hair'\nout = 'x.groom'\n",
@@ -343,6 +356,12 @@ fn bad_inputs_end_the_run_or_are_passed_over() {
         "bake bake.toml --quiet",
         &["out/h2.groom: ", "hair/h2.hair", "2 items left"],
     );
+    let missing = "groom[1].in: hair/h4.hair: No such file or directory";
+    refused(at, "bake plan bake.toml --commands", &[missing]);
+    let dry = output(at, "bake bake.toml --dry-run");
+    assert_eq!(dry.status.code(), Some(2));
+    let told = b"strandlight: out/h4.groom: hair/h4.hair: No such file or directory\n";
+    assert_eq!(dry.stderr, told);
     let made = tree(&at.join("out"));
     assert!(made.contains_key(Path::new("h1.groom")) && !made.contains_key(Path::new("h3.groom")));
 
@@ -381,6 +400,14 @@ fn bad_inputs_end_the_run_or_are_passed_over() {
     assert_eq!(names, expected);
     assert_eq!(events[4]["transient"], false);
     assert!(events[6]["seconds"].is_number() && events[6]["key"].is_string());
+
+    let one = "version = 1\n[[groom]]\nin = 'no.hair'\nout = 'no.groom'\n";
+    fs::write(at.join("one.toml"), one).expect("written");
+    let said = output(at, "bake one.toml --quiet").stderr;
+    assert!(
+        said.ends_with(b"No such file or directory\n"),
+        "none is left"
+    );
 
     let status = done(at, "bake status bake.toml");
     for needle in [
@@ -655,4 +682,17 @@ fn plans_have_a_task_for_each_shard() {
         &["cannot be used with"],
     );
     refused(at, "bake plan bake.toml --slurm --shards 0", &["--shards"]);
+    // What would do nothing, and what Kubernetes would not take.
+    for (options, needle) in [
+        ("--slurm --image i", "--image"),
+        ("--openjd --claim c", "--claim"),
+        ("--commands --folder f", "--folder"),
+        ("--k8s --claim Hair_1", "'Hair_1'"),
+        ("--k8s --folder f", "--folder f"),
+        ("--k8s --image=", "--image"),
+    ] {
+        refused(at, &format!("bake plan bake.toml {options}"), &[needle]);
+    }
+    let job = done(at, "bake plan bake.toml --k8s --claim a.b-1 --folder /f");
+    assert!(job.contains("claimName: \"a.b-1\"") && job.contains("mountPath: \"/f\""));
 }

@@ -116,6 +116,22 @@ fn gpu_a_run_is_written_as_table_document_and_plot() {
     assert!(closest < 1e-6 * exact.abs().max(1e-3), "{answer} {worst}");
 }
 
+/// The folder is made before minutes of measuring, and is still there after them.
+#[test]
+fn a_new_folder_receives_what_was_measured() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("new/run");
+    assert_done(
+        strandlight()
+            .args(["bench", "single", "--n", "1", "--repetitions", "0"])
+            .args(["--adapter", "no", "-o"])
+            .arg(&output),
+    );
+    for name in ["single.csv", "single.json", "single.svg"] {
+        assert!(output.join(name).is_file(), "{name}");
+    }
+}
+
 #[test]
 fn bad_usage_is_refused_before_work() {
     let folder = tempfile::tempdir().unwrap();

@@ -424,12 +424,12 @@ fn builds_are_compared_in_turns() {
         path
     };
     let log = folder.path().join("runs");
-    let text = format!(
+    let itself_logged = format!(
         "echo $@ >>{}; exec {} \"$@\"",
         log.display(),
         itself.display()
     );
-    let other = script("other", &text);
+    let other = script("other", &itself_logged);
     let text = assert_done(bench(&other, &["--json"]).arg(&scene));
     let document: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(
@@ -439,9 +439,13 @@ fn builds_are_compared_in_turns() {
     assert_eq!(document["other"], other.display().to_string());
     let runs = std::fs::read_to_string(&log).unwrap();
     let runs: Vec<&str> = runs.lines().collect();
-    assert_eq!(runs.len(), 2);
+    // It is tried first: on a scene of its own, and does it read these?
+    assert_eq!(runs.len(), 5);
+    assert!(runs[0].contains("--json") && runs[0].contains("--size 16x16"));
+    assert!(runs[1..3].iter().all(|run| run.starts_with("inspect ")));
     assert!(
-        runs.iter()
+        runs[3..]
+            .iter()
             .all(|run| run.contains("--json") && run.contains("--size 24x16"))
     );
     let scenes = document["scenes"].as_array().unwrap();
@@ -465,14 +469,76 @@ fn builds_are_compared_in_turns() {
         ("empty", "echo '{}'", "another shape: no `scenes`"),
         ("words", "echo done", "is not JSON"),
         ("fails", "echo no such option >&2; exit 2", "no such option"),
+        (
+            "old",
+            &format!("[ $1 = bench ] || {{ echo too new >&2; exit 2; }}; {itself_logged}"),
+            "`inspect` failed (exit status: 2): too new",
+        ),
     ] {
         let program = script(name, text);
-        assert_refused(&mut bench(&program, &["--quiet"]), &[name, said]);
+        // At once: these pictures would take minutes.
+        let slow = ["--quiet", "--samples", "65536"];
+        assert_refused(&mut bench(&program, &slow), &[name, said]);
     }
     assert_refused(
         &mut bench(Path::new("./none"), &["--quiet"]),
         &["none", "cannot be run"],
     );
+}
+
+/// Another build that runs when this one is ended, while it is tried or while it is measured.
+#[cfg(unix)]
+#[test]
+fn the_other_build_is_ended_too() {
+    use std::os::unix::fs::PermissionsExt;
+    use std::time::{Duration, Instant};
+
+    let folder = tempfile::tempdir().unwrap();
+    let groom = curtain(6, 3, 0.1, 0.0);
+    let scene = write_small_scene(folder.path(), &groom, key_and_sky(), |_| ());
+    let other = folder.path().join("other");
+    let id = folder.path().join("id");
+    let sleeps = format!(
+        "echo $$ >{0}.tmp; mv {0}.tmp {0}; exec sleep 600",
+        id.display()
+    );
+    let itself = strandlight();
+    let answers = format!(
+        "case \"$*\" in inspect*|*\"--size 16x16\"*) exec {} \"$@\";; esac",
+        itself.get_program().display()
+    );
+    let until = |is_so: &dyn Fn() -> bool| {
+        let start = Instant::now();
+        while !is_so() {
+            assert!(start.elapsed() < Duration::from_secs(60));
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    };
+    let signal = |name: &str, id: &str| {
+        let mut kill = std::process::Command::new("kill");
+        kill.args([name, id]).stderr(std::process::Stdio::null());
+        kill.status().unwrap().success()
+    };
+    let [int, term] = [("-INT", 130), ("-TERM", 143)];
+    for (in_trial, (name, code)) in [(":", int), (":", term), (&answers, int), (&answers, term)] {
+        std::fs::write(&other, format!("#!/bin/sh\n{in_trial}\n{sleeps}\n")).unwrap();
+        std::fs::set_permissions(&other, std::fs::Permissions::from_mode(0o755)).unwrap();
+        let mut command = strandlight();
+        command.args(["bench", "frames", "--size", "24x16", "--repetitions", "1"]);
+        command.args(["--quiet", "--against"]);
+        command.arg(&other).arg(&scene).env("TMPDIR", folder.path());
+        let mut child = command.spawn().unwrap();
+        until(&|| id.is_file());
+        assert!(signal(name, &child.id().to_string()));
+        let ended = child.wait().unwrap().code();
+        assert_eq!(ended, Some(code), "{name}, {in_trial}");
+        let other = std::fs::read_to_string(&id).unwrap();
+        assert!(!signal("-0", other.trim()), "{name}: it runs on");
+        let left = std::fs::read_dir(folder.path()).unwrap().flatten();
+        let left = left.filter(|entry| entry.path().is_dir()).count();
+        assert_eq!(left, 0, "{name}: its files are left");
+        std::fs::remove_file(&id).unwrap();
+    }
 }
 
 /// Frames over points, lights and pixels.

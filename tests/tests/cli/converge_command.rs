@@ -41,6 +41,24 @@ fn refused(folder: &Path, line: &str, needle: &str) {
 const CONVERGE: &str = "render a.toml --converge --backend cpu --json --quiet -o";
 
 #[test]
+fn pictures_without_a_background_can_be_divided_by_alpha() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    scene_in(folder.path());
+    let line = format!("{CONVERGE} a.exr --until 3 --size 48x32 --set render.background=none");
+    json(folder.path(), &line);
+    let picture = Layer::read(&folder.path().join("a.exr"), None).expect("written");
+    let (mut n_hair, mut n_empty) = (0, 0);
+    for (rgb, &alpha) in picture.rgb.iter().zip(&picture.alpha) {
+        assert!((0.0..=1.0).contains(&alpha), "{alpha}");
+        assert!(rgb.iter().all(|&value| value >= 0.0), "{rgb:?}");
+        assert!(alpha > 0.0 || *rgb == [0.0; 3], "{rgb:?}");
+        n_hair += u32::from(alpha > 0.0);
+        n_empty += u32::from(alpha == 0.0);
+    }
+    assert!(n_hair > 100 && n_empty > 100, "{n_hair} {n_empty}");
+}
+
+#[test]
 fn slow_pictures_go_to_the_truth_and_say_how_far_they_are() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();

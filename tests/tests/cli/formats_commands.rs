@@ -377,6 +377,9 @@ fn small_formats_in_and_out() {
         notes.contains("strands of 2 to 3 points are resampled to 4"),
         "{notes}"
     );
+    // The numbers are those of the file.
+    let printed = done(at, &["export", "a.groom", "-o", "b.tfx"]);
+    assert!(printed.contains("2 strands, 8 points"), "{printed}");
     let notes = said(at, &["groom", "import", "b.tfx", "-o", "b.groom"]);
     assert!(notes.contains("all 2 strands are guides"), "{notes}");
     said(at, &["export", "a.groom", "-o", "b.pbrt"]);
@@ -402,7 +405,7 @@ fn point_lists_in_and_out() {
     fs::write(at.join("a.data"), &bytes).expect("written");
     let notes = said(at, &["groom", "import", "a.data", "-o", "a.groom"]);
     assert!(
-        notes.contains("1 strands of fewer than two points are kept"),
+        notes.contains("1 strand of fewer than two points is kept"),
         "{notes}"
     );
     let info = json(at, "a.groom");

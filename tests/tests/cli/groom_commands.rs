@@ -244,7 +244,7 @@ fn frames_become_grooms_and_back() {
         let (_, notes) = done(at, &format!("groom import part.{end} -o one.groom"));
         assert!(notes.contains("frame 0 of 2"), "{notes}");
         let line = format!("groom import {name}.{end} --frames 1..3 -o x.%d.groom");
-        refused(at, &line, &["1..3 is not there", "0..2"]);
+        refused(at, &line, &["not 1..3", "0..2"]);
         let line = format!("groom import {name}.{end} --frames 0..1 -o x.groom");
         refused(at, &line, &["x.groom", "%04d"]);
         n_checked += 1;
@@ -275,6 +275,7 @@ fn check_finds_faults_and_says_which_strand() {
     let found = json(at, "groom check good.groom");
     assert_eq!(found["passed"], true);
     assert_eq!(found["findings"], serde_json::json!([]));
+    assert_eq!(found["notes"], serde_json::json!([]));
     assert_eq!(
         (&found["strands"], &found["points"]),
         (&3000.into(), &24_000.into())
@@ -333,7 +334,20 @@ fn check_finds_faults_and_says_which_strand() {
         let found: Value = serde_json::from_slice(&output.stdout).expect("one JSON document");
         assert_eq!(found["findings"][0]["code"], code, "{found}");
         assert_eq!(found["findings"][0]["first_strand"], strand, "{found}");
+        // The file is named once, before.
+        assert!(!found["findings"][0]["message"].to_string().contains(name));
     }
+    // What import doubts is a note, and no fault.
+    fs::write(at.join("lash.hair"), hair_file(3, 4)).expect("written");
+    let imported = ran(at, "groom import lash.hair -o lash.groom --unit mm");
+    let said = String::from_utf8_lossy(&imported.stderr).into_owned();
+    let doubt = said.lines().find(|line| line.contains("cm large"));
+    let doubt = doubt.expect("it is small");
+    let found = json(at, "groom check lash.groom");
+    assert_eq!(found["notes"], serde_json::json!([doubt]), "{found}");
+    assert_eq!(found["findings"], serde_json::json!([]));
+    let (said, _) = done(at, "groom check lash.groom");
+    assert!(said.contains(&format!("ok\n  note: {doubt}")), "{said}");
     fs::write(at.join("text.txt"), "no hair").expect("written");
     refused(
         at,
@@ -410,7 +424,7 @@ fn stats_are_measured() {
     for needle in [
         "2 strands, 5 points",
         "length: 2 to 7 cm",
-        "group 4: 1 strands",
+        "group 4: 1 strand\n",
     ] {
         assert!(text.contains(needle), "{text}");
     }

@@ -13,6 +13,7 @@ mod export_command;
 mod formats_commands;
 mod groom_commands;
 mod groom_merge_command;
+mod kept_files;
 mod lights_budget;
 mod lights_command;
 mod mesh_command;

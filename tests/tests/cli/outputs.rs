@@ -71,11 +71,11 @@ fn bash_refused(folder: &Path, line: &str, needles: &[&str]) {
     }
 }
 
-fn read(folder: &Path, name: &str) -> Vec<u8> {
+pub fn read(folder: &Path, name: &str) -> Vec<u8> {
     fs::read(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
-fn names_in(folder: &Path) -> Vec<String> {
+pub fn names_in(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("a folder");
     let name = |entry: std::io::Result<fs::DirEntry>| entry.expect("readable").file_name();
     let mut names: Vec<String> = entries
@@ -182,13 +182,21 @@ fn devices_stay_and_a_full_disk_is_an_error() {
         "$S groom generate --style bob --strands 3 -o - > /dev/full",
         "$S inspect a.groom > /dev/full",
         "$S inspect a.groom --json > /dev/full",
+        "$S --help > /dev/full",
+        "$S groom import --help > /dev/full",
+        "$S help lights > /dev/full",
+        "$S --version > /dev/full",
+        "$(dirname $S)/strandview --help > /dev/full",
+        "$(dirname $S)/strandview --version > /dev/full",
     ] {
         bash_refused(at, line, &["space"]);
     }
     // The file reached no one if the reader is gone; results in words are another matter.
     let gone = "set -o pipefail; $S groom generate --style bob --strands 3000 -o - --quiet | true";
     bash_refused(at, gone, &["-: cannot be written"]);
-    bash_done(at, "set -o pipefail; $S inspect a.tables --json | true");
+    for line in ["inspect a.tables --json", "--help", "--version"] {
+        bash_done(at, &format!("set -o pipefail; $S {line} | true"));
+    }
     fs::create_dir(at.join("d")).expect("a folder");
     refused(
         at,
@@ -376,7 +384,11 @@ fn inputs_that_never_end_are_refused() {
         &["file length is over 1048576 bytes, must be at most 1048576"],
     );
     bash_refused(at, "$S inspect - < .", &["-: is a directory"]);
-    bash_refused(at, "$S inspect - < /dev/null", &["-: not a table file"]);
+    bash_refused(
+        at,
+        "$S inspect - < /dev/null",
+        &["-: not a table file", "mesh", "panorama"],
+    );
     bash_refused(
         at,
         "$S lights - -o x < /dev/null",

@@ -35,6 +35,37 @@ fn reference(folder: &Path, args: &str) -> std::process::Command {
 }
 
 #[test]
+fn keys_of_the_scene_are_overridden() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let text = fs::read_to_string(at.join("a.toml")).expect("a scene");
+    let (before, after) = text.split_once("[hair]\n").expect("a section of hair");
+    let after: Vec<&str> = after
+        .lines()
+        .filter(|line| !line.starts_with("eta "))
+        .collect();
+    let text = format!("{before}[hair]\neta = 1.9\n{}\n", after.join("\n"));
+    fs::write(at.join("b.toml"), text).expect("written");
+    let path = "--method path --samples 4";
+    assert_done(&mut reference(at, &format!("a.toml {path} -o a.exr")));
+    let set = "--set hair.eta=1.9";
+    assert_done(&mut reference(
+        at,
+        &format!("a.toml {path} {set} -o set.exr"),
+    ));
+    assert_done(&mut reference(at, &format!("b.toml {path} -o b.exr")));
+    let read = |name: &str| Layer::read(&at.join(name), None).expect("written").rgb;
+    assert_eq!(read("set.exr"), read("b.exr"));
+    assert_ne!(read("a.exr"), read("b.exr"));
+    // It is another scene to go on with.
+    let args = format!("a.toml {path} --resume -o set.exr");
+    assert_refused(&mut reference(at, &args), &["set.exr"]);
+    let args = format!("a.toml {path} --set hair.et=1.9 -o c.exr");
+    assert_refused(&mut reference(at, &args), &["hair.et"]);
+}
+
+#[test]
 fn every_method_writes_layers_and_can_be_gone_on_with() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     scene_in(folder.path());

@@ -111,6 +111,12 @@ fn frames_of_the_viewer_on_the_cpu_are_those_of_render() {
         view.envs(["VK_DRIVER_FILES", "VK_ICD_FILENAMES"].map(|key| (key, "/nowhere")));
         let said = assert_done(&mut view);
         assert!(said.contains("60x40, visibility list"), "{said}");
+        // What it took is told to who asks.
+        for (more, told) in [(&[][..], false), (&["--stats"], true)] {
+            let output = view.args(more).output().expect("runs");
+            let said = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(said.contains("voxelise"), told, "{said}");
+        }
         assert!(pixels(name) == drawn, "{backend}");
     }
     let mut view = strandview();
@@ -125,7 +131,7 @@ fn gpu_a_frame_without_a_window_tells_what_it_took() {
     let output = strandview()
         .current_dir(folder.path())
         .args(["a.toml", "--frame", "v.png", "--size", "20x10"])
-        .args(["--samples", "4", "--backend", "gpu"])
+        .args(["--samples", "4", "--backend", "gpu", "--stats"])
         .output()
         .expect("runs");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();

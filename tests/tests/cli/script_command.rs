@@ -288,6 +288,9 @@ fn bad_scripts_are_refused_in_one_line() {
     fs::create_dir(at.join("d")).expect("a folder");
     script("d/timings.json", r#"[{"frame": "a"}]"#);
     script("d/a.png", r#"[{"frame": "a"}]"#);
+    let flood = r#"[{"flood": {"mask": {"from": 0.9, "to": 0.1}}}]"#;
+    script("flood.json", flood);
+    script("path.json", r#"[{"frame": "a"}, {"stroke": {"path": []}}]"#);
     script("exr.json", r#"[{"frame": "a.exr"}]"#);
     script("jpg.json", r#"[{"frame": "a.jpg"}, {"frame": "../b"}]"#);
     for (args, needles) in [
@@ -326,6 +329,14 @@ fn bad_scripts_are_refused_in_one_line() {
                 "cpu",
             ],
             &["late.json: step 1", "no step to undo"],
+        ),
+        (
+            &["a.toml", "--script", "flood.json", "--out", "o"],
+            &["flood.json: step 0: brush: mask.from = 0.9 must be in 0..=0.1"],
+        ),
+        (
+            &["a.toml", "--script", "path.json", "--out", "o"],
+            &["path.json: step 1: stroke.path is [], must have a point"],
         ),
         (
             &["a.toml", "--script", "d/timings.json", "--out", "d"],
@@ -376,6 +387,8 @@ fn bad_scripts_are_refused_in_one_line() {
         assert_refused(strandview().current_dir(at).args(args), needles);
     }
     assert!(!at.join("a.png").exists());
+    // The last of them was refused by a viewer that was there.
+    assert!(!at.join("o").exists());
     for (args, needles) in [
         (
             &["--script", "kind.json", "-o", "o"][..],
@@ -408,4 +421,5 @@ fn bad_scripts_are_refused_in_one_line() {
             needles,
         );
     }
+    assert!(!at.join("o").exists());
 }

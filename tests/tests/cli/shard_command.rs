@@ -360,3 +360,18 @@ fn parts_that_make_no_picture_are_refused() {
     done(at, "reference merge 2.exr 0.exr 1.exr -o merged.exr");
     assert!(fs::read(at.join("merged.exr")).ok() == fs::read(at.join("whole.exr")).ok());
 }
+
+/// A run that fails takes its empty folder away, but not one that another shard may be about to write into.
+#[test]
+fn a_failed_shard_leaves_the_folder_to_the_others() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    scene_in(at);
+    // After the folder is made, no GPU is found.
+    let drivers = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"].map(|key| (key, "/nowhere"));
+    for (extra, stays) in [("", false), ("--shard 0/1", true)] {
+        let line = format!("render a.toml --backend gpu --script s.json -o new/run {extra}");
+        assert_refused(command(at, &line).envs(drivers), &["no GPU adapter"]);
+        assert_eq!(at.join("new/run").is_dir(), stays, "{extra}");
+    }
+}

@@ -64,3 +64,29 @@ fn numbers_below_zero_are_told_as_out_of_range() {
         refused(folder.path(), line, &[what]);
     }
 }
+
+#[test]
+fn numbers_that_are_none_are_told_in_plain_words() {
+    let folder = samples();
+    for (line, what) in [
+        ("render a.toml -o x.png --samples nan", "not a whole number"),
+        (
+            "render a.toml -o x.png --seed 99999999999999999999",
+            "too large",
+        ),
+        (
+            "groom thin a.groom -o x.groom --strands 1.5",
+            "not a whole number",
+        ),
+        (
+            "render a.toml -o x.png --set hair=3",
+            "expected keys with values",
+        ),
+        (
+            "render a.toml -o x.png --set proxy=[3]",
+            "expected keys with values",
+        ),
+    ] {
+        refused(folder.path(), line, &[what]);
+    }
+}

@@ -554,6 +554,11 @@ fn slow_edits_draw_what_a_fresh_scene_draws() {
                 {"undo": 1},
                 {"redo": 1},
                 {"set": {"hair.melanin": {"eumelanin": 1.0}}},
+                // Tables of painted points that other absorption needs, and that one term does not.
+                {"set": {"hair.melanin": {"eumelanin": 0.02}}},
+                {"set": {"render.scattering": "single"}},
+                {"set": {"render.scattering": "total", "hair.melanin": {"eumelanin": 4.0}}},
+                {"undo": 3},
                 {"undo": 3},
                 {"undo": 6}
             ]),

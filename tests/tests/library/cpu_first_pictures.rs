@@ -255,6 +255,37 @@ fn first_pictures_of_views_are_close_to_the_last() {
     }
 }
 
+/// A view near the one before has all its light before maps look along its own line of sight; one far from it waits for these.
+#[test]
+fn views_near_the_one_before_are_complete_by_its_maps() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = write_dense_hair(folder.path(), key_and_sky());
+    let scene = PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair");
+    for (turn, is_near) in [(0.1, true), (0.25, true), (0.6, false)] {
+        let mut live = InteractiveRenderer::new(scene.clone());
+        while !live.advance(Duration::ZERO).expect("a step").is_done {}
+        let before = live.display().pixels.to_vec();
+        let mut camera = scene.camera;
+        camera.eye.x += turn * camera.eye.distance(camera.target);
+        live.set_camera(camera);
+        while !live.advance(Duration::ZERO).expect("a step").is_shaded {}
+        let has_own_maps = live.report().stage("through maps").is_some();
+        assert_eq!(has_own_maps, !is_near, "{turn}");
+        let first = live.display().pixels.to_vec();
+        while !live.advance(Duration::ZERO).expect("a step").is_done {}
+        let last = live.display().pixels.to_vec();
+        let (off, edit) = (distance(&first, &last), distance(&before, &last));
+        println!("{turn}: {off:.4} of {edit:.4}");
+        assert!(off < 0.02 && edit > 3.0 * off, "{turn}: {off} of {edit}");
+        // Its own maps take their place.
+        let mut fresh = scene.clone();
+        fresh.camera = camera;
+        let mut fresh = InteractiveRenderer::new(fresh);
+        while !fresh.advance(Duration::ZERO).expect("a step").is_done {}
+        assert!(fresh.display().pixels == last, "{turn}");
+    }
+}
+
 /// What one scene showed is not shown as another one's.
 #[test]
 fn another_scene_is_not_shown_as_the_last_view_of_the_one_before() {
@@ -485,4 +516,32 @@ fn nearly_all_painted_hair_ends_with_all_light_of_proxies() {
         while !fresh.advance(Duration::ZERO).expect("a step").is_done {}
         assert!(live.display().pixels == fresh.display().pixels, "{plain}");
     }
+}
+
+/// A stroke right after a turn of the view waits until all points are lit, so that it shades those alone that it touches.
+#[test]
+fn strokes_after_a_turn_wait_for_all_points() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = write_dense_hair(folder.path(), key_and_sky());
+    let scene = PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair");
+    let n_points = scene.strands.n_groom_points();
+    let mut paint = Paint::unpainted(n_points);
+    let dyed = PaintedPoint {
+        sigma_a: [0.1, 0.4, 0.9],
+        weight: 1.0,
+        ..PaintedPoint::NONE
+    };
+    let mut live = InteractiveRenderer::new(scene.clone());
+    paint.points[..10].fill(dyed);
+    live.set_paint(&paint, 0..10).expect("as many");
+    while !live.advance(Duration::ZERO).expect("a step").is_done {}
+    let mut camera = scene.camera;
+    camera.eye.x += 0.1 * camera.eye.distance(camera.target);
+    live.set_camera(camera);
+    while !live.advance(Duration::ZERO).expect("a step").is_shaded {}
+    assert!(live.report().stage("through maps").is_none());
+    paint.points[10..20].fill(dyed);
+    live.set_paint(&paint, 10..20).expect("as many");
+    while !live.advance(Duration::ZERO).expect("a step").is_shaded {}
+    assert!(live.report().stage("through maps").is_some());
 }

@@ -122,6 +122,14 @@ fn lights_and_views() {
     }
 }
 
+/// As messages show it: fractions as they were written, whole numbers whole.
+fn shown(value: f32) -> String {
+    match value.fract() == 0.0 {
+        true => f64::from(value).to_string(),
+        false => value.to_string(),
+    }
+}
+
 #[test]
 fn light_sets() {
     let good = SrbfLight {
@@ -145,7 +153,7 @@ fn light_sets() {
             set.to_bytes().unwrap_err().to_string(),
         ];
         for (message, key) in errors.iter().zip(["light", "lights[1]"]) {
-            let shown = f64::from(value).to_string();
+            let shown = shown(value);
             let named = message.contains(&format!("{key}{field}"));
             assert!(named && message.contains(&shown), "{message}");
         }
@@ -284,7 +292,7 @@ fn scene_files() {
         let written = format!("{bad:?}").to_lowercase();
         let text = format!("{base}[render]\nbackground = [0.0, {written}, 0.0]");
         let message = Scene::from_toml(&text).unwrap_err().to_string();
-        let named = format!("render.background is {},", f64::from(bad));
+        let named = format!("render.background is {},", shown(bad));
         assert!(message.contains(&named), "{named} {message}");
     }
 }

@@ -51,7 +51,7 @@ const TWIN_FILES: [(&str, &str); 24] = [
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
 
 /// Constants whose twin stands in yet another file: module, name, file.
-const TWINS_ELSEWHERE: [(&str, &str, &str); 17] = [
+const TWINS_ELSEWHERE: [(&str, &str, &str); 19] = [
     (
         "pass/proxy_light",
         "LANES",
@@ -112,6 +112,16 @@ const TWINS_ELSEWHERE: [(&str, &str, &str); 17] = [
     (
         "pass/shade",
         "LAST_FORWARD",
+        "crates/scattering/src/closed_form/multiple_scattering.rs",
+    ),
+    (
+        "lib/multiple_scattering",
+        "DENSITY_BLOCKED",
+        "crates/scattering/src/closed_form/multiple_scattering.rs",
+    ),
+    (
+        "lib/multiple_scattering",
+        "DENSITY_OPEN",
         "crates/scattering/src/closed_form/multiple_scattering.rs",
     ),
     (

@@ -291,3 +291,59 @@ fn a_picture_is_written_in_the_size_and_format_that_were_asked_for() {
         last_error(&view)
     );
 }
+
+/// `small.groom` of `scene`, larger and elsewhere, under another name.
+fn other_hair(scene: &SmallScene, name: &str, scale: f32, shift_cm: f32) -> std::path::PathBuf {
+    let small = scene.folder.path().join("small.groom");
+    let mut groom = Groom::read(&small).expect("a groom");
+    for point in &mut groom.points {
+        *point = point.map(|x| scale * x);
+        point[0] += shift_cm;
+    }
+    let path = scene.folder.path().join(name);
+    groom.write(&path).expect("written");
+    path
+}
+
+#[test]
+fn hair_that_is_put_in_is_framed_where_it_would_not_be_seen() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let camera = "[camera]\nposition = [0, 8, 80]\ntarget = [0, 0, 0]\nfov_deg = 30\n";
+    std::fs::write(&scene.path, SmallScene::text("") + camera).expect("written");
+    let mut view = View::open(&desktop, &scene.path, &CPU);
+    let start = view.without_mouse();
+    assert!(start.contrast() > 5.0, "the picture shows nothing");
+    for (name, scale, shift_cm) in [
+        ("aside.groom", 1.0, 500.0),
+        ("speck.groom", 0.01, 0.0),
+        ("huge.groom", 100.0, 0.0),
+    ] {
+        let path = other_hair(&scene, name, scale, shift_cm);
+        let before = view.count("view");
+        view.after("edit", |view| view.drop_files(&[&path]));
+        assert_eq!(view.count("view"), before + 1, "{name}");
+        assert!(!view.has_place("Out of view"), "{name}");
+        let shown = view.without_mouse();
+        assert!(shown.contrast() > 5.0, "{name}: it shows nothing");
+        // So is the hair of before, when it comes back; the scene's camera is what it was.
+        view.after("undo", |view| view.key("ctrl+z"));
+        assert!(!view.has_place("Out of view"), "{name}");
+        view.after("view", |view| view.key("Home"));
+        view.without_mouse().assert_same(&start);
+    }
+    // Hair that is seen well enough is not, and nor is that of a scene that is opened: its camera counts.
+    let like = other_hair(&scene, "like.groom", 1.2, 1.0);
+    let before = view.count("view");
+    view.after("edit", |view| view.drop_files(&[&like]));
+    assert_eq!(view.count("view"), before);
+    let text = SmallScene::text("").replace("small.groom", "speck.groom") + camera;
+    let speck = scene.folder.path().join("speck.toml");
+    std::fs::write(&speck, text).expect("written");
+    view.asked("unsaved", |view| view.drop_files(&[&speck]));
+    view.after("opened", |view| view.answer("Don't save"));
+    assert_eq!(view.count("view"), before);
+    assert!(view.has_place("Out of view"));
+    view.after("view", |view| view.key("f"));
+    view.wait_until_gone("Out of view");
+    view.close();
+}

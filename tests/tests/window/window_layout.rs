@@ -244,6 +244,92 @@ fn a_preset_of_ones_own_is_saved_and_chosen_and_the_background_is_kept() {
     );
 }
 
+/// Controls at the right end of the panel's rows are inside of windows that are low and narrow.
+#[test]
+fn a_low_and_narrow_window_shows_whole_rows_of_the_panel() {
+    for (size, right) in [("480x360", 480), ("320x240", 320)] {
+        let (desktop, scene) = (Desktop::start(), SmallScene::new());
+        let size = ["--backend", "cpu", "--size", size];
+        let mut view = View::open(&desktop, &scene.path, &size);
+        view.click(view.middle("Panel button"));
+        view.wait_for_place("Absorption red number");
+        let number = view.place("Absorption red number");
+        let slider = view.place("Absorption red slider");
+        // The reset is beside it.
+        assert!(number[2] + 20 <= right, "{number:?} of {right}");
+        assert!(
+            slider[2] - slider[0] >= 20 && slider[2] <= number[0],
+            "{slider:?}"
+        );
+        view.after("edit", |view| view.type_number("Absorption red", "5"));
+        view.close_unsaved();
+    }
+}
+
+/// Turns the wheel over a place until a control is above `bottom`.
+fn scroll_to(view: &mut View, over: [i32; 2], name: &str, bottom: i32) {
+    view.move_to(over);
+    for _ in 0..30 {
+        if view.place(name)[3] <= bottom {
+            return;
+        }
+        let before = view.count("places");
+        view.tool("xdotool", &["click", "5"]);
+        view.wait_for_next("places", before);
+        std::thread::sleep(std::time::Duration::from_millis(250));
+    }
+    panic!("{name} stays below the window: {:?}", view.place(name));
+}
+
+#[test]
+fn dialogs_and_menus_of_a_low_and_narrow_window_are_reached() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let size = ["--backend", "cpu", "--size", "360x480"];
+    let mut view = View::open(&desktop, &scene.path, &size);
+    view.asked("picture", |view| view.key("shift+p"));
+    for name in [
+        "Picture size",
+        "OpenEXR format",
+        "Width number",
+        "Path",
+        "Save picture button",
+        "Cancel button",
+    ] {
+        let [left, top, right, bottom] = view.place(name);
+        assert!(
+            left >= 0 && right <= 360 && top >= 0 && bottom <= 480,
+            "{name}"
+        );
+    }
+    view.answer("Cancel");
+    // What is larger than the window is scrolled to.
+    view.after("resized", |view| view.resize(320, 240));
+    view.asked("picture", |view| view.key("shift+p"));
+    assert!(view.place("Cancel button")[3] > 240);
+    scroll_to(&mut view, [60, 60], "Cancel button", 225);
+    view.answer("Cancel");
+    view.click(view.middle("File menu"));
+    view.wait_for_place("Close entry");
+    assert!(view.place("Close entry")[3] > 240);
+    scroll_to(&mut view, [60, 100], "Close entry", 235);
+    view.click(view.middle("Close entry"));
+    view.ended();
+}
+
+#[test]
+fn hair_that_is_out_of_view_is_said_to_be() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let away = "[camera]\nposition = [0, 0, 60]\ntarget = [0, 0, 200]\nfov_deg = 30\n";
+    let text = SmallScene::text("") + away;
+    std::fs::write(&scene.path, text).expect("written");
+    let mut view = View::open(&desktop, &scene.path, &CPU);
+    assert!(view.has_place("Out of view"));
+    view.after("view", |view| view.key("f"));
+    view.wait_until_gone("Out of view");
+    assert!(view.without_mouse().contrast() > 5.0, "it shows nothing");
+    view.close();
+}
+
 #[test]
 fn looks_are_kept_swapped_and_wiped() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
@@ -283,8 +369,14 @@ fn looks_are_kept_swapped_and_wiped() {
     // For another view the kept look is drawn again.
     let drawn = view.count("look");
     let at = [40, view.middle("View")[1]];
+    let is_drawn = |line: &serde_json::Value| !line["places"]["Drawn look"].is_null();
+    assert!(!view.has_place("Drawn look"), "it is there");
+    let n_before = view.events().len();
     view.after("view", |view| view.drag(1, at, [60, 20]));
     view.wait_for_next("look", drawn);
+    // Meanwhile the status line says so.
+    assert!(view.events()[n_before..].iter().any(is_drawn));
+    view.wait_until_gone("Drawn look");
     // And after a stroke, which it has too.
     let drawn = view.count("look");
     let [left, top, right, bottom] = view.place("View");

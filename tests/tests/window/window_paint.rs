@@ -109,6 +109,9 @@ fn brushes_flood_and_blur_and_colours_are_picked() {
     view.drop_files(&[&photo]);
     view.wait_for_place("Reference photo");
     view.settle();
+    // Below the menus, which stay in reach.
+    let window = view.place("Reference window");
+    assert!(window[1] >= view.place("View")[1], "{window:?}");
     view.click(view.middle("Reference photo"));
     view.after("flood", |view| view.click(view.middle("Flood button")));
     let green = view.without_mouse();
@@ -246,6 +249,44 @@ fn masks_are_painted_shown_kept_off_and_saved() {
     assert!(mask.components == 1 && mask.data.iter().all(|&it| it == 1.0));
     assert!(groom.attribute("dye").is_none());
     view.close();
+}
+
+/// What the log tells of the mask from an event on: whether it is shown, and made for the view.
+fn mask_events(events: &[serde_json::Value]) -> Vec<(bool, bool)> {
+    let told = events.iter().filter(|it| it["event"] == "mask");
+    told.map(|it| (it["is_shown"] == true, it["is_of_view"] == true))
+        .collect()
+}
+
+#[test]
+fn the_mask_goes_along_with_the_hair_while_the_view_turns() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    for backend in ["cpu", "gpu"] {
+        let (mut view, hair, _) = with_mask(&desktop, &scene, backend);
+        let n_before = view.events().len();
+        // With Ctrl the mouse turns the view while the brush is on.
+        view.tool("xdotool", &["keydown", "ctrl"]);
+        view.drag(1, hair, [80, 10]);
+        view.tool("xdotool", &["keyup", "ctrl"]);
+        view.wait_for("the mask of the other view", |events| {
+            mask_events(&events[n_before..]).last() == Some(&(true, true))
+        });
+        let told = mask_events(&view.events()[n_before..]);
+        assert!(told.contains(&(true, false)), "{backend}: it stays behind");
+        assert!(
+            told.iter().all(|it| it.0),
+            "{backend}: it vanishes: {told:?}"
+        );
+        // An edit of the same view moves nothing.
+        let n_before = view.events().len();
+        view.after("flood", |view| view.click(view.middle("Flood button")));
+        let told = mask_events(&view.events()[n_before..]);
+        assert!(
+            told.iter().all(|it| it.0),
+            "{backend}: it vanishes: {told:?}"
+        );
+        view.close_unsaved();
+    }
 }
 
 #[test]

@@ -258,3 +258,127 @@ fn without_a_display_or_a_driver_one_line_says_what_to_do() {
     command.arg(&broken);
     assert_refused(&mut desktop.on(command), &["gone.groom"]);
 }
+
+/// Processes that `pid` started and that run.
+fn children_of(pid: u32) -> Vec<String> {
+    let threads = std::fs::read_dir(format!("/proc/{pid}/task")).expect("it runs");
+    let children = threads.flatten().map(|thread| {
+        let list = std::fs::read_to_string(thread.path().join("children"));
+        list.unwrap_or_default()
+    });
+    let all: String = children.collect();
+    all.split_whitespace().map(str::to_owned).collect()
+}
+
+#[test]
+fn a_signal_ends_what_the_window_has_begun_too() {
+    let (desktop, folder) = (Desktop::start(), tempfile::tempdir().expect("a folder"));
+    // A map whose fit takes longer than this test.
+    let mut map = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1024 +X 2048\n".to_vec();
+    map.extend((0..1024 * 2048u32).flat_map(|ix| [90, (ix / 7) as u8, (ix / 4096) as u8, 128]));
+    let path = folder.path().join("sky.hdr");
+    std::fs::write(&path, map).expect("written");
+    for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
+        let temporary = tempfile::tempdir().expect("a folder");
+        let n_left = || std::fs::read_dir(temporary.path()).map_or(0, Iterator::count);
+        let mut command = strandview();
+        command.arg(&path).args(["--backend", "cpu"]);
+        let mut command = desktop.on(command);
+        command.env("TMPDIR", temporary.path());
+        let mut view = command.spawn().expect("it starts");
+        let start = std::time::Instant::now();
+        let mut children = Vec::new();
+        while children.is_empty() || n_left() == 0 {
+            assert!(start.elapsed().as_secs() < 60, "no fit is begun");
+            std::thread::sleep(std::time::Duration::from_millis(20));
+            children = children_of(view.id());
+        }
+        let pid = view.id().to_string();
+        let sent = std::process::Command::new("kill")
+            .args([signal, &pid])
+            .status();
+        assert!(sent.is_ok_and(|status| status.success()));
+        assert_eq!(view.wait().expect("it ends").code(), Some(code));
+        assert_eq!(n_left(), 0, "{signal}: its folder stays");
+        for child in children {
+            let there = std::path::Path::new("/proc").join(&child);
+            assert!(!there.exists(), "{signal}: process {child} runs on");
+        }
+    }
+}
+
+#[test]
+fn a_signal_keeps_unsaved_work_beside_the_scene_and_the_next_start_says_so() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let at = |name: &str| scene.folder.path().join(name);
+    let n_files = || std::fs::read_dir(scene.folder.path()).map_or(0, Iterator::count);
+    let before = std::fs::read(&scene.path).expect("it is there");
+    let cpu = ["--backend", "cpu"];
+    // What is saved needs no other file.
+    let view = View::open(&desktop, &scene.path, &cpu);
+    assert_eq!(view.end_by("-TERM"), (Some(143), String::new()));
+    assert_eq!(n_files(), 3);
+    for (signal, code, name, eta) in [
+        ("-INT", 130, "small-recovery.toml", 1.9),
+        ("-TERM", 143, "small-recovery-2.toml", 1.8),
+    ] {
+        let mut view = View::open(&desktop, &scene.path, &cpu);
+        view.after("edit", |view| {
+            view.type_number("IOR", &eta.to_string());
+        });
+        // A question that is open is not waited for.
+        view.asked("unsaved", |view| view.key("ctrl+q"));
+        let (ended, said) = view.end_by(signal);
+        assert_eq!(ended, Some(code), "{said}");
+        let file = at(name).display().to_string();
+        assert!(said.contains(&file) && said.lines().count() == 1, "{said}");
+        let kept = strandlight_formats::Scene::read(at(name)).expect("a scene");
+        assert_eq!(kept.hair.eta, eta);
+        assert_eq!(std::fs::read(&scene.path).expect("it is there"), before);
+        // The next start tells of it.
+        let view = View::open(&desktop, &scene.path, &cpu);
+        let events = view.events();
+        let found = events.iter().find(|event| event["event"] == "recovery");
+        assert_eq!(found.expect("it is told")["path"], file);
+        view.close();
+    }
+    assert_eq!(n_files(), 5);
+    // It is opened as any scene, and what is saved later makes it old.
+    let mut view = View::open(&desktop, &at("small-recovery-2.toml"), &cpu);
+    assert_eq!(view.count("recovery"), 0);
+    view.after("opened", |view| view.drop_files(&[&scene.path]));
+    assert_eq!(view.count("recovery"), 1);
+    view.after("edit", |view| view.type_number("IOR", "1.7"));
+    view.key("ctrl+s");
+    view.wait_for_next("saved", 0);
+    view.close();
+    let view = View::open(&desktop, &scene.path, &cpu);
+    assert_eq!(view.count("recovery"), 0);
+    view.close();
+}
+
+#[test]
+fn a_signal_keeps_unsaved_work_of_a_scene_without_a_file() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let groom = scene.folder.path().join("small.groom");
+    std::fs::remove_file(&scene.path).expect("removed");
+    let mut view = View::open(&desktop, &groom, &["--backend", "cpu"]);
+    let middle = view.middle("View");
+    // A stroke that is being made is kept too.
+    view.key("b");
+    view.move_to(middle);
+    view.tool("xdotool", &["mousedown", "1"]);
+    view.move_to([middle[0] + 30, middle[1]]);
+    view.move_to([middle[0] + 60, middle[1]]);
+    view.wait_for_next("drawn", view.count("drawn"));
+    let (code, said) = view.end_by("-INT");
+    assert_eq!(code, Some(130), "{said}");
+    let path = scene.folder.path().join("small-recovery.toml");
+    assert!(said.contains(&path.display().to_string()), "{said}");
+    assert!(!scene.path.exists());
+    let mut again = View::open(&desktop, &path, &["--backend", "cpu"]);
+    assert_eq!(again.count("recovery"), 0);
+    let kept = strandlight_formats::Scene::read(&path).expect("a scene");
+    assert!(kept.groom_path().ends_with("small-recovery-painted.groom"));
+    assert!(again.is_running());
+}

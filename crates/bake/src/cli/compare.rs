@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use serde_json::{Value, json};
+use strandlight_formats::counted;
 use strandlight_reference::compare::{
     Comparison, FlipMap, Layer, PIXELS_PER_DEGREE, Region, compare, flip_png, heat_scale,
     signed_png,
@@ -253,11 +254,11 @@ fn print_region(name: &str, region: &Region) -> Outcome {
         _ => String::new(),
     };
     print_line(format_args!(
-        "{name:6} relative RMSE {:.5}{noise}; mean ratio {r} {g} {b}; relative bias {}; {} pixels",
+        "{name:6} relative RMSE {:.5}{noise}; mean ratio {r} {g} {b}; relative bias {}; {}",
         region.relative_rmse,
         region
             .relative_bias
             .map_or_else(|| "-".to_owned(), |x| format!("{x:+.4}")),
-        region.pixels
+        counted(region.pixels, "pixel", "pixels")
     ))
 }

@@ -71,7 +71,7 @@ const STEPS: [Step; 6] = [
 /// Runs the command; `run_line` runs another command line of this program.
 pub fn run(args: &Args, run_line: impl Fn(&[OsString]) -> Outcome) -> Outcome {
     let folder = &args.output;
-    output_folder(folder)?;
+    let _new = output_folder(folder)?;
     check_outputs(
         &[],
         &outputs(folder)

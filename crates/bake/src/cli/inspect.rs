@@ -118,7 +118,7 @@ impl Content {
             // Why it is no scene is said by the reader. A pipe need not have a name that tells.
             kind if is_toml || (kind == FileKind::Text && is_stream(path)) => Ok(Content::Scene),
             other => {
-                let what = "not a table file, light set, hair file, LUT (.cube) or scene (.toml)";
+                let what = "not a table file, light set, hair file, mesh (.mesh), panorama, LUT (.cube) or scene (.toml)";
                 let what = format!("{what}: {}", other.describe());
                 Err(Failure::file(path, what))
             }

@@ -10,9 +10,12 @@ mod results;
 
 use std::path::{Path, PathBuf};
 
-use strandlight_formats::Kind;
+use strandlight_formats::{Kind, counted};
 
-use super::{Failure, Outcome, check_extension, check_outputs, check_own_extension, print_line};
+use super::{
+    Failure, Outcome, check_extension, check_outputs, check_own_extension, check_report_extension,
+    print_line,
+};
 use crate::cli::progress::progress;
 use args::Layout;
 use results::BudgetResult;
@@ -67,6 +70,9 @@ fn run_fit(args: &FitArgs) -> Outcome {
         .collect();
     check_outputs(&inputs, &outputs)?;
     check_own_extension(&args.output, "lights")?;
+    for report in args.report.iter().chain(&args.timings) {
+        check_report_extension(report)?;
+    }
     if let Some(preview) = &args.preview {
         check_extension(preview, "png")?;
     }
@@ -111,8 +117,8 @@ fn summary(args: &FitArgs, baked: &Baked) -> String {
     let set = &baked.results.set;
     let (major, minor) = Kind::Lights.version();
     let how_many = match (set.lights.len(), set.info.requested_count as usize) {
-        (found, _) if baked.results.residual.is_some() => format!("{found} lights"),
-        (found, asked) if found == asked => format!("{found} lights"),
+        (found, _) if baked.results.residual.is_some() => counted(found, "light", "lights"),
+        (found, asked) if found == asked => counted(found, "light", "lights"),
         (found, asked) => format!("{found} of {asked} lights, more would not help"),
     };
     let mut figures = match baked.results.report {
@@ -152,10 +158,10 @@ fn missed(args: &FitArgs, baked: &Baked, budget: &BudgetResult) -> String {
     // 0.07 * 100 has a tail of digits.
     let percent = |error: f64| (1e12 * error).round() / 1e10;
     format!(
-        "{}: no set of up to {} lights has a {} error of at most {} %; the best of those fitted has \
-         {:.3} %, with {} lights; no light set was written",
+        "{}: no set of up to {} has a {} error of at most {} %; the best of those fitted has \
+         {:.3} %, with {}; no light set was written",
         args.map.display(),
-        budget.max_count,
+        counted(budget.max_count, "light", "lights"),
         budget.metric.name(),
         percent(budget.max_error),
         percent(budget.error),

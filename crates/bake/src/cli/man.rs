@@ -27,7 +27,7 @@ pub fn run(args: &Args, mut program: clap::Command) -> Outcome {
         write_output(&args.output, markdown(&program).as_bytes())?;
         return print_line(format_args!("wrote {}", args.output.display()));
     }
-    output_folder(&args.output)?;
+    let _new = output_folder(&args.output)?;
     let mut pages = Vec::new();
     man_pages(&program, &mut pages)?;
     for (name, page) in &pages {

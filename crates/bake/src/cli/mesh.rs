@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 use clap::{Subcommand, ValueEnum};
 use strandlight_bake::grooms::bust;
 use strandlight_formats::{
-    BakedFile, FileKind, Kind, Mesh, MeshSource, SNIFF_BYTES, UpAxis, content_hash, read_file,
+    BakedFile, FileKind, Kind, Mesh, MeshSource, SNIFF_BYTES, UpAxis, content_hash, counted,
+    read_file,
 };
 
 use super::groom::parse_cm;
@@ -103,10 +104,10 @@ fn write_mesh(mesh: &Mesh, path: &Path) -> Outcome {
     write_output(path, &bytes)?;
     let (major, minor) = Kind::Mesh.version();
     print_line(format_args!(
-        "{}: mesh {major}.{minor}, {} vertices, {} triangles, {} bytes",
+        "{}: mesh {major}.{minor}, {} vertices, {}, {} bytes",
         path.display(),
         mesh.positions.len(),
-        mesh.triangles.len(),
+        counted(mesh.triangles.len(), "triangle", "triangles"),
         bytes.len()
     ))
 }

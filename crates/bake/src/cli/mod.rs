@@ -12,6 +12,7 @@ pub mod lights;
 pub mod man;
 pub mod mesh;
 mod output;
+mod overrides;
 pub mod probe;
 pub mod progress;
 pub mod reference;
@@ -27,12 +28,13 @@ use std::path::Path;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::error::{ContextKind, ContextValue};
+use strandlight_formats::system_in_plain_words;
 use strandlight_lab::transmittance::Method;
 
 pub use output::{
     STDOUT, check_extension, check_not_of_scene, check_not_taken, check_outputs,
-    check_own_extension, is_stream, output_folder, print_failure, print_line, print_while_read,
-    try_print, want_json, write_output,
+    check_own_extension, check_report_extension, is_stream, output_folder, print_failure,
+    print_line, print_while_read, try_print, want_json, write_output,
 };
 
 /// Says a line on stderr, unless `--quiet`; a closed stderr is no error.
@@ -102,6 +104,7 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (Failure::Check(text) | Failure::Input(text) | Failure::Transient(text)) = self;
+        let text = system_in_plain_words(text);
         // One line, whatever a library put into its message.
         for (ix, line) in text
             .lines()
@@ -121,11 +124,31 @@ pub fn usage(error: &clap::Error) -> Failure {
     let text = rendered.strip_prefix("error: ").unwrap_or(&rendered);
     let first = text.split("\n\n").next().unwrap_or(text);
     let first: Vec<&str> = first.lines().map(str::trim).collect();
+    let first = numbers_in_plain_words(&first.join(" "));
     let meant = match suggestions(error).join(" or ") {
         names if names.is_empty() => String::new(),
         names => format!("; did you mean {names}?"),
     };
-    Failure::Input(format!("{}{meant} (see --help)", first.join(" ")))
+    Failure::Input(format!("{first}{meant} (see --help)"))
+}
+
+/// What the standard library says of numbers that it cannot read, in words of people who give them.
+fn numbers_in_plain_words(text: &str) -> String {
+    [
+        ("invalid digit found in string", "not a whole number"),
+        ("number too large to fit in target type", "too large"),
+        ("number too small to fit in target type", "too small"),
+        ("cannot parse integer from empty string", "no number"),
+        ("invalid float literal", "not a number"),
+        ("cannot parse float from empty string", "no number"),
+    ]
+    .iter()
+    .fold(text.to_owned(), |text, (std, plain)| {
+        match text.strip_suffix(std) {
+            Some(start) => format!("{start}{plain}"),
+            None => text,
+        }
+    })
 }
 
 /// What clap thinks was meant.

@@ -13,8 +13,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::json;
 use strandlight_formats::{
-    OutputTarget, Scene, TakenFiles, check_folder, output_target, write_file,
+    GROOM_FORMATS, GroomFormat, OutputTarget, Scene, TakenFiles, check_folder, output_target,
+    write_file,
 };
+use strandlight_runtime::work::NewFolders;
 
 use super::{Failure, Outcome, note};
 
@@ -89,17 +91,41 @@ pub fn check_extension(path: &Path, extension: &str) -> Outcome {
     }
 }
 
-/// Extensions of the files that commands here read as their own.
-const OWN_EXTENSIONS: [&str; 6] = ["groom", "lights", "mesh", "panorama", "tables", "toml"];
+/// Extensions of files that commands here read, ours first, besides those of hair.
+const KNOWN_EXTENSIONS: [&str; 20] = [
+    "groom", "lights", "mesh", "panorama", "tables", "toml", "csv", "cube", "exr", "glb", "gltf",
+    "hdr", "html", "jpeg", "jpg", "json", "npy", "obj", "ply", "png",
+];
 
-/// Refuses a name that promises another file of ours than `extension`. Names of no promise are taken.
+/// Extensions that hair has and much else, which promise nothing.
+const ANY_EXTENSIONS: [&str; 3] = ["bin", "data", "txt"];
+
+/// Is a file of that name known, and none of those with these `extensions`?
+fn promises_another(path: &Path, extensions: &[&str]) -> bool {
+    let Some(found) = path.extension().and_then(|found| found.to_str()) else {
+        return false;
+    };
+    let is = |other: &&str| found.eq_ignore_ascii_case(other);
+    let is_of_hair = |format: &&dyn GroomFormat| format.info().extensions.iter().any(is);
+    let is_known = KNOWN_EXTENSIONS.iter().any(is) || GROOM_FORMATS.iter().any(is_of_hair);
+    is_known && !extensions.iter().chain(&ANY_EXTENSIONS).any(is)
+}
+
+/// Refuses a name that promises another file than one of ours with `extension`. Names of no promise are taken.
 pub fn check_own_extension(path: &Path, extension: &str) -> Outcome {
-    let found = path.extension();
-    let is = |other: &&str| found.is_some_and(|found| found.eq_ignore_ascii_case(other));
-    match OWN_EXTENSIONS.iter().any(is) {
+    match promises_another(path, &[extension]) {
         true => check_extension(path, extension),
         false => Ok(()),
     }
+}
+
+/// The same of a report, a page or JSON.
+pub fn check_report_extension(path: &Path) -> Outcome {
+    if promises_another(path, &["html", "json"]) && !is_stream(path) {
+        let what = "the name must end in .html or .json";
+        return Err(Failure::file(path, what));
+    }
+    Ok(())
 }
 
 /// Refuses, before any work is done, outputs that cannot be written, that are one file, or that
@@ -159,7 +185,7 @@ pub fn check_not_taken(taken: &TakenFiles, outputs: &[&Path]) -> Outcome {
 }
 
 /// A folder for outputs, made if it is not there.
-pub fn output_folder(folder: &Path) -> Outcome {
+pub fn output_folder(folder: &Path) -> Result<NewFolders, Failure> {
     let refused = |what: &str| Err(Failure::file(folder, what));
     if folder == Path::new("-") {
         return refused("is standard output, and several files are written; name a folder");
@@ -169,9 +195,10 @@ pub fn output_folder(folder: &Path) -> Outcome {
     if folder.symlink_metadata().is_ok_and(is_other) {
         return refused("is not a folder, and several files are written; name a folder");
     }
-    fs::create_dir_all(folder)
+    let made = NewFolders::make(folder)
         .map_err(|error| Failure::file(folder, format!("cannot be made: {error}")))?;
-    check_folder(folder).map_err(|error| Failure::file(folder, error))
+    check_folder(folder).map_err(|error| Failure::file(folder, error))?;
+    Ok(made)
 }
 
 /// Writes a file whole or not at all, or bytes to a stream.

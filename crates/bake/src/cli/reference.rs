@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::ValueEnum;
-use serde_json::json;
-use strandlight_formats::{Scene, SrbfLight, content_hash};
+use serde_json::{Value, json};
+use strandlight_formats::{Scene, SrbfLight, content_hash, counted};
 use strandlight_images::Map;
 use strandlight_reference::environment::{LightSampler, MapSampler};
 use strandlight_reference::rays::Rays;
@@ -16,7 +16,7 @@ use strandlight_reference::{
     MAX_TRUTH_SAMPLES, MeshRays, Method, Painted, PathTracer, RayShoot, ReferenceFile,
     ReferencePart, samples_of_part,
 };
-use strandlight_runtime::options::{parse_size, parse_time};
+use strandlight_runtime::options::{parse_key, parse_size, parse_time};
 use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::PaintTexel;
 use strandlight_scattering::dual_scattering::{
@@ -33,6 +33,7 @@ use super::{
     Failure, Outcome, check_extension, check_not_of_scene, check_outputs, is_stream, note,
     print_line, write_output,
 };
+use crate::cli::overrides::scene_with;
 use crate::cli::progress::progress;
 use crate::cli::shard::{self, Shard};
 
@@ -66,6 +67,9 @@ struct TraceArgs {
     /// OpenEXR file to write, - for standard output
     #[arg(short, long, value_name = "OUT.exr")]
     output: PathBuf,
+    /// Override a key of the scene file, as `render` does; repeatable
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = parse_key)]
+    set: Vec<(String, Value)>,
     /// Samples per pixel; with --resume, samples to add; with --shard, those of all shards together
     #[arg(long, visible_alias = "spp", value_name = "N", default_value_t = 64,
           value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_TRUTH_SAMPLES)))]
@@ -190,7 +194,7 @@ fn trace(args: &TraceArgs) -> Outcome {
         .map(PathBuf::as_path)
         .collect();
     check_outputs(&inputs, &[&args.output])?;
-    let scene = Scene::read(&args.scene).map_err(Failure::input)?;
+    let scene = scene_with(&args.scene, &args.set)?;
     check_not_of_scene(&scene, &[&args.output])?;
     let size = args.size.unwrap_or(scene.render.size);
     check_target(size).map_err(|error| Failure::file(&args.scene, error))?;
@@ -339,10 +343,11 @@ fn write(args: &TraceArgs, file: ReferenceFile, backdrop: Backdrop, start: Insta
         .shard
         .map(|shard| format!(" of {}, shard {shard}", args.samples));
     print_line(format_args!(
-        "{}: {method}, {}x{}, {n_samples} samples{}, {} bytes, {seconds:.1} s",
+        "{}: {method}, {}x{}, {}{}, {} bytes, {seconds:.1} s",
         args.output.display(),
         size[0],
         size[1],
+        counted(n_samples, "sample", "samples"),
         of.unwrap_or_default(),
         bytes.len(),
     ))

@@ -12,16 +12,15 @@ mod until;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
-use strandlight_formats::Scene;
 use strandlight_images::picture::exr_file_of;
 use strandlight_lab::transmittance::Method;
-use strandlight_runtime::Session;
 use strandlight_scene::budget::check_frame;
 use strandlight_scene::files::Files;
 use strandlight_scene::provenance::Recorder;
 use strandlight_scene::{PreparedScene, SceneError};
 
 use super::{Failure, Outcome, check_not_of_scene, check_outputs, note, print_line, write_output};
+use crate::cli::overrides::scene_with;
 use crate::cli::progress::progress;
 use args::{Format, format_of};
 use report::{inputs, report};
@@ -38,15 +37,7 @@ pub fn run(args: &Args) -> Outcome {
     let read = [Some(&args.scene), args.map.as_ref()];
     let read: Vec<&Path> = read.into_iter().flatten().map(PathBuf::as_path).collect();
     check_outputs(&read, &[&args.output])?;
-    let scene = match args.set.is_empty() {
-        true => Scene::read(&args.scene).map_err(Failure::input)?,
-        false => {
-            let mut session = Session::open(&args.scene).map_err(Failure::input)?;
-            let keys = args.set.iter().cloned().collect();
-            session.set(&keys).map_err(Failure::input)?;
-            session.scene().clone()
-        }
-    };
+    let scene = scene_with(&args.scene, &args.set)?;
     check_not_of_scene(&scene, &[&args.output])?;
     super::groom::note_doubts(&scene);
     let size = args.size.unwrap_or(scene.render.size);

@@ -123,7 +123,7 @@ fn write(args: &Args, written: &mut dyn FnMut(Value) -> Outcome) -> Outcome {
     let own = args.map.as_deref().map(Map::read).transpose();
     let own = own.map_err(Failure::input)?;
     let folder = &args.output;
-    output_folder(folder)?;
+    let _new = output_folder(folder)?;
     let skies: Vec<Sky> = Sky::ALL
         .into_iter()
         .filter(|&sky| own.is_none() && scenes.iter().any(|scene| scene.sky == sky))

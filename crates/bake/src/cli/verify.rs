@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use strandlight_bake::tables::{Check, verify_tables};
 use strandlight_formats::{
     BakedFile, Error, FileKind, Groom, Kind, LightSet, Mesh, Panorama, SNIFF_BYTES, TableFile,
-    read_start,
+    counted, read_start,
 };
 use strandlight_images::Map;
 
@@ -259,8 +259,12 @@ fn table_line(check: &Check) -> Line {
     Line {
         passed: check.passed(),
         text: format!(
-            "{}: {}: worst {:.2e}, tolerance {:.0e}, {} values{entry}",
-            check.table, check.name, worst.error, check.tolerance, check.n_values,
+            "{}: {}: worst {:.2e}, tolerance {:.0e}, {}{entry}",
+            check.table,
+            check.name,
+            worst.error,
+            check.tolerance,
+            counted(check.n_values, "value", "values"),
         ),
         json: json!({
             "table": check.table,

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use glam::Vec3;
-use strandlight_formats::{Attribute, DiameterSource, Domain, Error, Groom, Guess};
+use strandlight_formats::{Attribute, DiameterSource, Domain, Error, Groom, Guess, counted};
 use strandlight_scene::strands::MAX_POINTS;
 
 use super::edit::guides;
@@ -96,7 +96,7 @@ pub fn finding_of_error(error: &Error) -> Option<Finding> {
         ),
         _ => return None,
     };
-    let message = error.to_string();
+    let message = without_file(error);
     let after = message.split("strand ").nth(1).unwrap_or_default();
     let digits = after.split(|c: char| !c.is_ascii_digit()).next();
     Some(Finding {
@@ -106,6 +106,23 @@ pub fn finding_of_error(error: &Error) -> Option<Finding> {
         message,
         advice: advice.to_owned(),
     })
+}
+
+/// What is wrong, for who has named the file already.
+fn without_file(error: &Error) -> String {
+    let text = error.to_string();
+    let path = error.path().map(|path| path.display().to_string());
+    let Some(rest) = path.and_then(|path| text.strip_prefix(&path)) else {
+        return text;
+    };
+    if let Some(what) = rest.strip_prefix(": ") {
+        return what.to_owned();
+    }
+    // `:line:column: `
+    match rest.trim_start_matches(':').split_once(": ") {
+        Some((place, what)) => format!("line {}: {what}", place.replace(':', ", column ")),
+        None => text,
+    }
 }
 
 /// Checks a groom, in centimetres with +Y up; findings in the order of [`FINDINGS`].
@@ -121,9 +138,17 @@ pub fn check(groom: &Groom) -> Vec<Finding> {
             count: turned.len(),
             first_strand: Some(turned[0]),
             message: format!(
-                "{} of {} strands have their tips nearer to the middle of the head than their roots",
+                "{} of {} nearer to the middle of the head than {}",
                 turned.len(),
-                groom.n_strands()
+                match turned.len() {
+                    1 => format!("{} strands has its tip", groom.n_strands()),
+                    _ => format!("{} strands have their tips", groom.n_strands()),
+                },
+                if turned.len() == 1 {
+                    "its root"
+                } else {
+                    "their roots"
+                },
             ),
             advice: "look at root and tip colours; --root auto turns these strands on import, \
                      transform --flip-root all of them"
@@ -184,7 +209,8 @@ fn guide_findings(groom: &Groom, findings: &mut Vec<Finding>) {
     let (code, message, advice) = match count == groom.n_strands() {
         true => (
             "guides-only",
-            format!("{count} curves, all guides: the hair itself is not in the file"),
+            counted(count, "curve, a guide", "curves, all guides")
+                + ": the hair itself is not in the file",
             "export the strands as well, or make them with groom interpolate",
         ),
         false => (
@@ -238,12 +264,14 @@ fn widths(groom: &Groom, findings: &mut Vec<Finding>) {
             count: n,
             first_strand: first,
             message: format!(
-                "{n} strands are wider than {limit:.3} cm, up to {:.3} cm, on a groom {size:.1} cm large",
+                "{} wider than {limit:.3} cm, up to {:.3} cm, on a groom {size:.1} cm large",
+                counted(n, "strand is", "strands are"),
                 drawn.max
             ),
-            advice: "check whether widths are radii or in another unit; few strands may be wide on \
+            advice:
+                "check whether widths are radii or in another unit; few strands may be wide on \
                      purpose (groom thin); hair.diameter_cm in the scene overrides them"
-                .to_owned(),
+                    .to_owned(),
         });
     }
     // Tips may taper to nothing: the widest place of a strand counts.
@@ -256,7 +284,8 @@ fn widths(groom: &Groom, findings: &mut Vec<Finding>) {
             code: "thin",
             count: n,
             first_strand: first,
-            message: format!("{n} strands are nowhere thicker than {THIN_CM} cm"),
+            message: counted(n, "strand is", "strands are")
+                + &format!(" nowhere thicker than {THIN_CM} cm"),
             advice: "check the unit of the widths".to_owned(),
         });
     }
@@ -290,13 +319,13 @@ fn strands_where(
 /// Findings about single strands and their roots.
 fn strands(groom: &Groom, findings: &mut Vec<Finding>) {
     let n = groom.n_strands();
-    let mut add = |code, found: &[usize], message: &str, advice: &str| {
+    let mut add = |code, found: &[usize], [one, many]: [&str; 2], advice: &str| {
         if let Some(&first) = found.first() {
             findings.push(Finding {
                 code,
                 count: found.len(),
                 first_strand: Some(first),
-                message: format!("{} {message}", found.len()),
+                message: counted(found.len(), one, many),
                 advice: advice.to_owned(),
             });
         }
@@ -310,7 +339,7 @@ fn strands(groom: &Groom, findings: &mut Vec<Finding>) {
     add(
         "degenerate",
         &degenerate,
-        "strands have zero length",
+        ["strand has zero length", "strands have zero length"],
         "they draw nothing; leave them out of the export",
     );
     if degenerate.is_empty() && set_aside > 0 {
@@ -319,7 +348,10 @@ fn strands(groom: &Groom, findings: &mut Vec<Finding>) {
         add(
             "degenerate",
             &degenerate,
-            "strands of the file have fewer than two points, and are not drawn",
+            [
+                "strand of the file has fewer than two points, and is not drawn",
+                "strands of the file have fewer than two points, and are not drawn",
+            ],
             "leave them out of the export",
         );
     }
@@ -337,13 +369,19 @@ fn strands(groom: &Groom, findings: &mut Vec<Finding>) {
     add(
         "coincident-roots",
         &coincident,
-        "strands start where another does",
+        [
+            "strand starts where another does",
+            "strands start where another does",
+        ],
         "check whether roots were lost, or whether strands were copied",
     );
     add(
         "duplicate-strands",
         &duplicates,
-        "strands are equal to another one",
+        [
+            "strand is equal to another one",
+            "strands are equal to another one",
+        ],
         "the file may hold its hair twice: import one object of it by --prim",
     );
     if let Some(uv) = groom.attribute("root_uv") {
@@ -353,7 +391,7 @@ fn strands(groom: &Groom, findings: &mut Vec<Finding>) {
             add(
                 "root-uv-equal",
                 &(0..n).collect::<Vec<_>>(),
-                "strands have one root UV",
+                ["strand has one root UV", "strands have one root UV"],
                 "bind the hair to its mesh again before export: such hair shows no texture",
             );
         }
@@ -361,19 +399,23 @@ fn strands(groom: &Groom, findings: &mut Vec<Finding>) {
     add(
         "far-points",
         &far_strands(groom),
-        "strands reach far away from all others",
+        [
+            "strand reaches far away from all others",
+            "strands reach far away from all others",
+        ],
         "look for strands that broke in a simulation, and leave them out",
     );
     if groom.points.len() > MAX_POINTS {
+        let n_points = groom.points.len();
+        let is_beyond = |who: &str| {
+            format!("{who} beyond the {MAX_POINTS} points that can be drawn; there are {n_points}")
+        };
         let beyond = |&ix: &usize| groom.strand(ix).end > MAX_POINTS;
         let beyond: Vec<usize> = (0..n).filter(beyond).collect();
         add(
             "limit",
             &beyond,
-            &format!(
-                "strands are beyond the {MAX_POINTS} points that can be drawn; there are {}",
-                groom.points.len()
-            ),
+            [&is_beyond("strand is"), &is_beyond("strands are")],
             "groom thin or groom resample make it smaller",
         );
     }

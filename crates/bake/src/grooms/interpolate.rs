@@ -257,7 +257,7 @@ fn between(groom: &Groom, spec: &InterpolateSpec, guides: &[u32]) -> Result<Vec<
     let n = guides.len() as u64;
     if n < 2 {
         return Err(EditError::Missing(format!(
-            "interpolation needs 2 guides or more, and there are {n}"
+            "interpolation needs 2 guides or more, and has {n}"
         )));
     }
     let roots: Vec<Vec3> = guides.iter().map(|&guide| root(groom, guide)).collect();

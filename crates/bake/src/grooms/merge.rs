@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use strandlight_formats::{Attribute, Domain, Groom, GroomSource, UpAxis};
+use strandlight_formats::{Attribute, Domain, Groom, GroomSource, UpAxis, counted};
 
 use super::edit::{EditError, guides};
 
@@ -193,9 +193,12 @@ fn group(grooms: &mut [Groom], names: &[&str], notes: &mut Vec<String>) -> Vec<(
         }
     }
     if renumbered > 0 {
-        notes.push(format!(
-            "{renumbered} groups get other numbers, to stay apart or to be one by name"
-        ));
+        let renumbered = counted(
+            renumbered,
+            "group gets another number",
+            "groups get other numbers",
+        );
+        notes.push(renumbered + ", to stay apart or to be one by name");
     }
     let mut named: Vec<(f32, String)> = groups
         .into_iter()

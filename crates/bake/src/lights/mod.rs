@@ -56,6 +56,6 @@ pub use fit::{Fit, FitError, FitOptions, MAX_FITTED_LIGHTS, STEPS, fit};
 pub use light_set::light_set;
 pub use panorama::panorama;
 pub use preview::{Pictures, light_set_png, pictures, preview_png};
-pub use report::evaluate;
+pub use report::{EVALUATION_STEPS, evaluate, evaluate_with_progress};
 pub use residual::{MAX_SUNS, Separated, evaluate_with_residual, rest_parameter, separate};
 pub use texels::texel_means;

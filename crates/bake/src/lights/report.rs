@@ -2,10 +2,12 @@
 
 use std::borrow::Cow;
 use std::f64::consts::PI;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 use strandlight_formats::{FitReport, LightSet, SrbfLight};
 
+use strandlight_scene::progress::Progress;
 use strandlight_scene::volume::power;
 
 use super::cells::{COLUMNS, Cell, NARROW, light_cells, map_cells, radiance};
@@ -37,7 +39,37 @@ const REACH: f64 = 6.0;
 /// 2048 pixels and more across it interpolates the lights, but for narrow ones, between points 0.35
 /// degrees apart, which changes it by at most 5e-4 of itself on the sample maps (enlarged).
 pub fn evaluate(lights: &LightSet, map: &Map) -> FitReport {
-    Judge::new(map, &Response::default()).report(lights)
+    evaluate_with_progress(lights, map, &Progress::silent())
+}
+
+/// Steps of progress that comparing a light set with a map makes.
+pub const EVALUATION_STEPS: u64 = 100;
+
+/// As [`evaluate`]; reports [`EVALUATION_STEPS`] steps.
+pub fn evaluate_with_progress(lights: &LightSet, map: &Map, progress: &Progress) -> FitReport {
+    Judge::new(map, &Response::default()).report(lights, progress)
+}
+
+/// Reports how many rows of a map are done, in any order: they are most of the time.
+pub(super) struct RowProgress<'a> {
+    progress: &'a Progress,
+    n_rows: u64,
+    n_done: AtomicU64,
+}
+
+impl<'a> RowProgress<'a> {
+    pub fn of(map: &Map, progress: &'a Progress) -> RowProgress<'a> {
+        RowProgress {
+            progress,
+            n_rows: map.height() as u64,
+            n_done: AtomicU64::new(0),
+        }
+    }
+
+    pub fn advance(&self) {
+        let n_done = self.n_done.fetch_add(1, Ordering::Relaxed) + 1;
+        self.progress.reach(EVALUATION_STEPS * n_done / self.n_rows);
+    }
 }
 
 /// A map made ready to be compared with any number of light sets, by the hair of one response.
@@ -72,10 +104,11 @@ impl<'a> Judge<'a> {
     }
 
     /// All figures of a set.
-    pub fn report(&self, lights: &LightSet) -> FitReport {
+    fn report(&self, lights: &LightSet, progress: &Progress) -> FitReport {
+        let figures = self.figures(lights, None);
         FitReport {
-            rel_l2: rel_l2(lights, &self.map),
-            ..self.figures(lights, None)
+            rel_l2: rel_l2(lights, &self.map, progress),
+            ..figures
         }
     }
 
@@ -150,8 +183,9 @@ fn irradiance(cells: &[Cell], normals: &[[f64; 3]]) -> Vec<[f64; 3]> {
     normals.par_iter().map(on).collect()
 }
 
-fn rel_l2(set: &LightSet, map: &Map) -> f64 {
+fn rel_l2(set: &LightSet, map: &Map, progress: &Progress) -> f64 {
     let grid = map.grid();
+    let progress = RowProgress::of(map, progress);
     if grid.width < 2 * LATTICE_COLUMNS {
         let row = |j: usize| {
             let directions =
@@ -160,15 +194,19 @@ fn rel_l2(set: &LightSet, map: &Map) -> f64 {
                 .map(|direction| radiance(&set.lights, direction))
                 .collect()
         };
-        rel_l2_of_rows(map, row)
+        rel_l2_of_rows(map, row, &progress)
     } else {
         let lattice = Lattice::new(set, grid);
-        rel_l2_of_rows(map, |j| lattice.row(j))
+        rel_l2_of_rows(map, |j| lattice.row(j), &progress)
     }
 }
 
 /// The L2 difference of the map and a light set whose radiance at the pixels of a row `row` tells.
-fn rel_l2_of_rows(map: &Map, row: impl Fn(usize) -> Vec<[f64; 3]> + Sync) -> f64 {
+fn rel_l2_of_rows(
+    map: &Map,
+    row: impl Fn(usize) -> Vec<[f64; 3]> + Sync,
+    progress: &RowProgress<'_>,
+) -> f64 {
     let grid = map.grid();
     let rows: Vec<[f64; 2]> = (0..grid.height)
         .into_par_iter()
@@ -183,6 +221,7 @@ fn rel_l2_of_rows(map: &Map, row: impl Fn(usize) -> Vec<[f64; 3]> + Sync) -> f64
                     sums[1] += reference * reference * solid_angle;
                 }
             }
+            progress.advance();
             sums
         })
         .collect();
@@ -334,23 +373,32 @@ mod tests {
         Map::new(width, width / 2, pixels.collect()).unwrap()
     }
 
+    fn rel_l2_in_silence(set: &LightSet, map: &Map) -> f64 {
+        rel_l2(set, map, &Progress::silent())
+    }
+
     fn rel_l2_of_every_pixel(set: &LightSet, map: &Map) -> f64 {
         let grid = map.grid();
-        rel_l2_of_rows(map, |j| {
+        let row = |j: usize| {
             (0..grid.width)
                 .map(|i| {
                     let direction = grid.direction(i as f64 + 0.5, j as f64 + 0.5);
                     radiance(&set.lights, direction)
                 })
                 .collect()
-        })
+        };
+        let silent = Progress::silent();
+        rel_l2_of_rows(map, row, &RowProgress::of(map, &silent))
     }
 
     #[test]
     fn large_maps_are_judged_as_by_every_pixel() {
         let set = lights();
         let map = map_like(&set, 2 * LATTICE_COLUMNS);
-        let (fast, exact) = (rel_l2(&set, &map), rel_l2_of_every_pixel(&set, &map));
+        let (fast, exact) = (
+            rel_l2_in_silence(&set, &map),
+            rel_l2_of_every_pixel(&set, &map),
+        );
         assert!((0.02..0.2).contains(&exact), "{exact}");
         assert!((fast / exact - 1.0).abs() < 2e-3, "{fast} {exact}");
         // Every row, so that errors in a few cannot hide: the poles, the seam, narrow lights.
@@ -394,7 +442,6 @@ mod tests {
     #[ignore = "takes minutes; measures the figure that `evaluate` documents"]
     fn interpolation_on_sample_maps() {
         use crate::lights::{FitOptions, fit};
-        use strandlight_scene::progress::Progress;
         let folder =
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/env");
         let Ok(files) = std::fs::read_dir(folder) else {
@@ -410,7 +457,10 @@ mod tests {
             let fitted = fit(&map, FitOptions::default(), &Progress::silent()).unwrap();
             let map = map.subdivided(2 * LATTICE_COLUMNS);
             let set = &fitted.lights;
-            let (fast, exact) = (rel_l2(set, &map), rel_l2_of_every_pixel(set, &map));
+            let (fast, exact) = (
+                rel_l2_in_silence(set, &map),
+                rel_l2_of_every_pixel(set, &map),
+            );
             worst = worst.max((fast / exact - 1.0).abs());
             println!(
                 "{}: {fast} {exact}, {:e}",

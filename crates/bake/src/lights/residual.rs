@@ -3,9 +3,10 @@
 use rayon::prelude::*;
 use strandlight_formats::{FitReport, LightSet, SrbfLight};
 use strandlight_images::{Map, MapError};
+use strandlight_scene::progress::Progress;
 
 use super::cells::radiance;
-use super::report::Judge;
+use super::report::{Judge, RowProgress};
 use super::response::{Response, relative_rms, squares};
 use super::sun::{amplitude, extract};
 
@@ -59,12 +60,19 @@ pub fn separate(map: &Map, most: usize) -> Result<Separated, MapError> {
 }
 
 /// As [`evaluate`](super::evaluate), of lights and a residual map of the same size together; `None`
-/// if the sizes differ.
-pub fn evaluate_with_residual(set: &LightSet, residual: &Map, map: &Map) -> Option<FitReport> {
+/// if the sizes differ. Reports [`EVALUATION_STEPS`](super::EVALUATION_STEPS) steps.
+pub fn evaluate_with_residual(
+    set: &LightSet,
+    residual: &Map,
+    map: &Map,
+    progress: &Progress,
+) -> Option<FitReport> {
     let grid = map.grid();
     if residual.grid() != grid {
         return None;
     }
+    let figures = Judge::new(map, &Response::default()).figures(set, Some(residual));
+    let progress = RowProgress::of(map, progress);
     let rows: Vec<[f64; 2]> = (0..grid.height)
         .into_par_iter()
         .map(|j| {
@@ -78,10 +86,10 @@ pub fn evaluate_with_residual(set: &LightSet, residual: &Map, map: &Map) -> Opti
                 sums[0] += difference * solid_angle;
                 sums[1] += reference * solid_angle;
             }
+            progress.advance();
             sums
         })
         .collect();
-    let figures = Judge::new(map, &Response::default()).figures(set, Some(residual));
     Some(FitReport {
         rel_l2: relative_rms(&rows),
         ..figures
@@ -90,7 +98,12 @@ pub fn evaluate_with_residual(set: &LightSet, residual: &Map, map: &Map) -> Opti
 
 #[cfg(test)]
 mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use strandlight_scene::progress::ProgressDisplay;
+
     use super::*;
+    use crate::lights::EVALUATION_STEPS;
     use crate::lights::sphere::{dot, normalize};
     use strandlight_scattering::spherical_gaussian::solid_angle;
 
@@ -177,7 +190,7 @@ mod tests {
             lights,
             ..LightSet::default()
         };
-        let report = evaluate_with_residual(&set, &residual, &map).unwrap();
+        let report = evaluate_with_residual(&set, &residual, &map, &Progress::silent()).unwrap();
         assert!(report.fibre_error < 2e-3, "{report:?}");
         assert!(report.irradiance_error < 1e-3, "{report:?}");
         assert!(
@@ -190,6 +203,50 @@ mod tests {
         assert!(alone.fibre_error > 0.1, "{alone:?}");
         assert!(report.rel_l2 < 1.0, "{report:?}");
         let small = Map::new(4, 2, vec![[1.0; 3]; 8]).unwrap();
-        assert_eq!(evaluate_with_residual(&set, &small, &map), None);
+        assert_eq!(
+            evaluate_with_residual(&set, &small, &map, &Progress::silent()),
+            None
+        );
+    }
+
+    /// The steps that were reached.
+    #[derive(Clone, Default)]
+    struct Reached(Arc<Mutex<Vec<u64>>>);
+
+    impl ProgressDisplay for Reached {
+        fn advance(&self, _: u64) {}
+
+        fn reach(&self, steps: u64) {
+            self.0.lock().unwrap().push(steps);
+        }
+
+        fn say(&self, _: &str) {}
+
+        fn finish(&self) {}
+    }
+
+    #[test]
+    fn comparisons_tell_how_far_they_are() {
+        let map = map();
+        let Separated { lights, residual } = separate(&map, 4).unwrap();
+        let set = LightSet {
+            lights,
+            ..LightSet::default()
+        };
+        let evaluations: [&dyn Fn(&Progress) -> FitReport; 2] = [
+            &|progress| crate::lights::evaluate_with_progress(&set, &map, progress),
+            &|progress| {
+                let report = evaluate_with_residual(&set, &residual, &map, progress);
+                report.unwrap()
+            },
+        ];
+        for evaluation in evaluations {
+            let reached = Reached::default();
+            evaluation(&Progress::new(reached.clone()));
+            let mut steps = reached.0.lock().unwrap().clone();
+            steps.sort_unstable();
+            steps.dedup();
+            assert_eq!(steps, (0..=EVALUATION_STEPS).collect::<Vec<_>>());
+        }
     }
 }

@@ -4,6 +4,8 @@ use std::fmt;
 use std::io::{self, ErrorKind};
 use std::path::Path;
 
+use strandlight_formats::system_in_plain_words;
+
 /// Why an item was not made.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
@@ -34,7 +36,7 @@ impl Failure {
     /// What the system answered about the file at `path`.
     pub fn io(path: &Path, doing: &str, error: &io::Error) -> Self {
         Failure {
-            what: format!("{}: {doing}: {error}", path.display()),
+            what: system_in_plain_words(&format!("{}: {doing}: {error}", path.display())),
             is_transient: is_transient(error.kind()),
         }
     }
@@ -42,7 +44,7 @@ impl Failure {
     /// Why a file could not be read.
     pub fn reading(error: &strandlight_formats::Error) -> Self {
         Failure {
-            what: error.to_string(),
+            what: system_in_plain_words(&error.to_string()),
             is_transient: matches!(error, strandlight_formats::Error::Io { source, .. }
                 if is_transient(source.kind())),
         }

@@ -170,17 +170,39 @@ fn item(
     })
 }
 
-/// Refuses a file that two items write, and one that is written and read.
+/// Refuses a file that two items write, one that is both written and read, and the manifest as an output. Files whose names
+/// differ by capitals alone count as one: on Windows and macOS they are.
 fn check_names(manifest: &Manifest, items: &[Item]) -> Result<()> {
     let mut makers: HashMap<PathBuf, &Item> = HashMap::new();
+    let mut in_small_letters: HashMap<String, (&Item, &Path)> = HashMap::new();
+    let small = |path: &Path| path.to_str().map(str::to_lowercase);
+    let same_as = |what: &str| {
+        format!("is the same file as {what} on Windows and macOS, where capitals do not count")
+    };
+    let output_of = |(maker, path): (&Item, &Path)| {
+        same_as(&format!(
+            "{}, an output of {},",
+            path.display(),
+            maker.entry.0
+        ))
+    };
+    let own = plain(&manifest.path);
     for item in items {
         for output in &item.outputs {
             let path = plain(&manifest.folder.join(&output.path));
-            if path == plain(&manifest.path) {
+            if path == own {
                 return Err(clash(manifest, item, &output.path, "is the manifest"));
             }
+            let lower = small(&path);
+            if lower.is_some() && lower == small(&own) {
+                let what = same_as(&format!("the manifest {}", manifest.path.display()));
+                return Err(clash(manifest, item, &output.path, &what));
+            }
             let Some(other) = makers.insert(path, item) else {
-                continue;
+                let other =
+                    lower.and_then(|lower| in_small_letters.insert(lower, (item, &output.path)));
+                let Some(other) = other else { continue };
+                return Err(clash(manifest, item, &output.path, &output_of(other)));
             };
             let of = |item: &Item| match &item.input {
                 Some(input) => input.display().to_string(),
@@ -199,17 +221,23 @@ fn check_names(manifest: &Manifest, items: &[Item]) -> Result<()> {
     }
     for item in items {
         let Some(input) = &item.input else { continue };
-        if let Some(maker) = makers.get(&plain(&manifest.folder.join(input))) {
-            let what = match std::ptr::eq(*maker, item) {
-                true => "is both its input and its output".to_owned(),
-                false => format!(
-                    "is both an input and the output of {}; items have no order, so put the steps \
-                     into two manifests",
-                    maker.entry.0
-                ),
-            };
-            return Err(clash(manifest, item, input, &what));
-        }
+        let path = plain(&manifest.folder.join(input));
+        let what = match makers.get(&path) {
+            Some(maker) if std::ptr::eq(*maker, item) => {
+                "is both its input and its output".to_owned()
+            }
+            Some(maker) => format!(
+                "is both an input and the output of {}; items have no order, so put the steps \
+                 into two manifests",
+                maker.entry.0
+            ),
+            None => {
+                let other = small(&path).and_then(|path| in_small_letters.get(&path));
+                let Some(other) = other else { continue };
+                output_of(*other)
+            }
+        };
+        return Err(clash(manifest, item, input, &what));
     }
     Ok(())
 }
@@ -362,6 +390,18 @@ mod tests {
                 "b.lights is the output of",
             ),
             (
+                "[[lights]]\nmap = 'a.hdr'\nout = 'O/b.lights'\n[[lights]]\nmap = 'a.hdr'\nout = 'o/B.lights'",
+                "lights[1]: o/B.lights is the same file as O/b.lights, an output of lights[0], on Windows and macOS",
+            ),
+            (
+                "[[lights]]\nmap = 'x.lights'\nout = 'o/../X.lights'",
+                "lights[0]: x.lights is the same file as o/../X.lights, an output of lights[0], on Windows",
+            ),
+            (
+                "[[lights]]\nmap = 'a.hdr'\nout = 'X.lights'\n[[lights]]\nmap = 'x.lights'\nout = 'y.lights'",
+                "lights[1]: x.lights is the same file as X.lights, an output of lights[0], on Windows",
+            ),
+            (
                 "[[lights]]\nmap = 'x.lights'\nout = 'y/../x.lights'",
                 "is both its input and its output",
             ),
@@ -388,6 +428,27 @@ mod tests {
                 error.contains(needle) && error.contains("bake.toml:"),
                 "{text}: {error}"
             );
+        }
+    }
+
+    #[test]
+    fn an_output_is_not_the_manifest_by_other_capitals() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        std::fs::write(at.join("a.hdr"), "").expect("written");
+        let path = at.join("bake.lights");
+        for (out, needle) in [
+            ("bake.lights", "lights[0]: bake.lights is the manifest"),
+            (
+                "Bake.lights",
+                "lights[0]: Bake.lights is the same file as the manifest",
+            ),
+        ] {
+            let text = format!("version = 1\n[[lights]]\nmap = 'a.hdr'\nout = '{out}'");
+            std::fs::write(&path, text).expect("written");
+            let manifest = Manifest::read(&path, &[LIGHTS]).expect("read");
+            let error = items(&manifest, &|_| Ok(BTreeMap::new())).expect_err(out);
+            assert!(error.to_string().contains(needle), "{error}");
         }
     }
 }

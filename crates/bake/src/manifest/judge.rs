@@ -110,6 +110,18 @@ impl Judgement {
         let reasons = self.reasons.iter().map(Reason::to_string);
         reasons.collect::<Vec<_>>().join("; ")
     }
+
+    /// [`Judgement::why`] behind the name of the item, which is not said twice.
+    pub fn why_beside(&self, name: &str) -> String {
+        let reasons = self.reasons.iter().map(|reason| {
+            let reason = reason.to_string();
+            let rest = reason
+                .strip_prefix(name)
+                .and_then(|rest| rest.strip_prefix(' '));
+            rest.map(str::to_owned).unwrap_or(reason)
+        });
+        reasons.collect::<Vec<_>>().join("; ")
+    }
 }
 
 /// Looks at `item`: reads its input, its outputs and its record.

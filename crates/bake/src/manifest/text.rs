@@ -20,6 +20,18 @@ pub struct KindInfo {
     pub revision: u32,
 }
 
+impl KindInfo {
+    /// Keys of files: the input, if there is one, and the outputs.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        let outputs = self.outputs.iter().map(|(key, _)| *key);
+        self.input.into_iter().chain(outputs)
+    }
+
+    fn is_name(&self, key: &str) -> bool {
+        self.names().any(|name| name == key)
+    }
+}
+
 /// Where in a manifest something stands, from 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Place {
@@ -220,7 +232,7 @@ impl<'a> Text<'a> {
                 let what = format!("defaults.{key}: must be a table");
                 return Err(syntax_error(value_at, what));
             };
-            let settings = self.settings(&format!("defaults.{key}"), table)?;
+            let settings = self.settings(&format!("defaults.{key}"), kind, table)?;
             let input = settings
                 .iter()
                 .find(|setting| Some(setting.key.as_str()) == kind.input);
@@ -233,8 +245,12 @@ impl<'a> Text<'a> {
         Ok(all)
     }
 
-    fn settings(self, name: &str, table: &DeTable<'a>) -> Result<Vec<Setting>> {
+    fn settings(self, name: &str, kind: &KindInfo, table: &DeTable<'a>) -> Result<Vec<Setting>> {
         let settings = self.pairs(table).into_iter().map(|(key, value, _, at)| {
+            if let Some(other) = kind.is_name(key).then(|| no_name(value)).flatten() {
+                let what = format!("{name}.{key}: is {other}, must be a name in quotes");
+                return Err(syntax_error(at, what));
+            }
             let values = match value {
                 DeValue::Array(list) => list.iter().map(|item| scalar(item.get_ref())).collect(),
                 value => scalar(value).map(|value| vec![value]),
@@ -257,7 +273,7 @@ impl<'a> Text<'a> {
         table: &DeTable<'a>,
         defaults: &[Setting],
     ) -> Result<Entry> {
-        let mut settings = self.settings(&name, table)?;
+        let mut settings = self.settings(&name, &kind, table)?;
         let own: Vec<String> = settings.iter().map(|setting| setting.key.clone()).collect();
         let others = defaults.iter().filter(|other| !own.contains(&other.key));
         settings.extend(others.cloned());
@@ -308,6 +324,15 @@ fn find_kind<'k>(
         };
         syntax_error(at, format!("{key}: unknown{hint}"))
     })
+}
+
+/// The first number or boolean in what must be names.
+fn no_name(value: &DeValue<'_>) -> Option<String> {
+    match value {
+        DeValue::String(_) => None,
+        DeValue::Array(list) => list.iter().find_map(|item| no_name(item.get_ref())),
+        value => scalar(value),
+    }
 }
 
 /// A value as it is written on a command line.
@@ -401,6 +426,14 @@ mod tests {
             (
                 "version = 1\nlights = [1]",
                 "lights[0]: must be written as [[lights]]",
+            ),
+            (
+                "version = 1\n[[lights]]\nmap = ['a', 5]\nout = 'a'",
+                "line 3, column 7: lights[0].map: is 5, must be a name in quotes",
+            ),
+            (
+                "version = 1\n[defaults.lights]\npreview = true",
+                "defaults.lights.preview: is true, must be a name in quotes",
             ),
             (
                 "version = 1\n[[lights]]\nout = 'a'",

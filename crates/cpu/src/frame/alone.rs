@@ -1,4 +1,5 @@
-//! Points that are shaded one by one, all lights at once: those with fibres of their own, and elliptic ones.
+//! Points that are shaded one by one, all lights at once: painted ones of other widths or shifts than the scene's, and all where tables
+//! do not serve, as those of elliptic fibres.
 
 use rayon::prelude::*;
 use strandlight_scattering::wide::{Level, dispatch};

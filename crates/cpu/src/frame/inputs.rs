@@ -2,14 +2,18 @@
 
 use std::ops::Range;
 
-use strandlight_scattering::closed_form::{PackedRecord, TERM_GLOBAL, TERM_LOCAL, WidthProfile};
-use strandlight_scattering::multiple_tables::MultipleTables;
+use rayon::prelude::*;
+use strandlight_scattering::closed_form::{
+    PackedRecord, TERM_GLOBAL, TERM_LOCAL, WidthProfile, painted_fibre, unpack_paint,
+};
+use strandlight_scattering::multiple_tables::{MultipleTables, Packs, PaintedPlaces};
 use strandlight_scene::PreparedScene;
 use strandlight_scene::paint::PaintedPoint;
 use strandlight_scene::volume::Grid;
 
 use super::super::bounce::BounceLight;
 use super::super::proxies::Proxies;
+use super::super::shade_wide::SceneTables;
 use super::super::through_shares::{Maps, Through};
 use super::super::unblocked::Unblocked;
 use super::super::visible::VisiblePoints;
@@ -30,6 +34,8 @@ pub(super) struct Inputs<'a> {
     /// Where strands are seen that are wide.
     pub profile: Option<&'a WidthProfile>,
     pub bounce: Option<&'a BounceLight>,
+    /// Are there points with the scene's fibre, seen or not?
+    pub has_plain: bool,
     pub proxies: Option<&'a Proxies>,
 }
 
@@ -43,12 +49,27 @@ impl Inputs<'_> {
         eighth.clamp(SLICE.start, SLICE.end)
     }
 
-    /// Splits places into those of points with the scene's fibre and those of painted points.
-    pub fn plain_and_painted(&self, places: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    /// Splits places into those of points that tables serve and those of others.
+    pub fn served_and_others(&self, places: &[u32]) -> (Vec<u32>, Vec<u32>) {
         let paint = self.picturing.scene.paint();
-        let is_plain = |place: &u32| is_plain(paint, self.visible, *place);
-        places.iter().partition(|place| is_plain(place))
+        let is_served = |place: &u32| is_served_at(paint, self.visible, *place);
+        places.iter().partition(|place| is_served(place))
     }
+}
+
+/// Do tables serve a point with this paint? Those of painted points are of the scene's widths and shifts.
+pub(super) fn is_served(paint: &PaintedPoint) -> bool {
+    paint.width_scale == 1.0 && paint.shift_scale == 1.0
+}
+
+/// Do tables serve the visible point at a place?
+pub(super) fn is_served_at(
+    paint: Option<&[PaintedPoint]>,
+    visible: &VisiblePoints,
+    place: u32,
+) -> bool {
+    let point = visible.points[place as usize] as usize;
+    paint.is_none_or(|paint| is_served(&paint[point]))
 }
 
 /// Has the visible point at a place the scene's fibre?
@@ -59,6 +80,73 @@ pub(super) fn is_plain(
 ) -> bool {
     let point = visible.points[place as usize] as usize;
     paint.is_none_or(|paint| !paint[point].is_painted())
+}
+
+/// Tables of multiple scattering that the points of a scene need.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct NeededTables {
+    /// Those of the scene's fibre.
+    pub plain: bool,
+    /// Are there painted points that tables serve?
+    pub painted: bool,
+    /// Those of such points.
+    pub packs: Packs,
+}
+
+/// Points whose paint is looked at by one thread at a time.
+const PAINT_CHUNK: usize = 1 << 13;
+
+impl NeededTables {
+    /// Of `scene`; none where [modes add up](PreparedScene::modes_add_up).
+    pub fn of(scene: &PreparedScene) -> NeededTables {
+        if scene.modes_add_up {
+            return NeededTables::default();
+        }
+        let Some(paint) = scene.paint() else {
+            return NeededTables {
+                plain: true,
+                ..NeededTables::default()
+            };
+        };
+        let fibre = &scene.hair.optics().fibre;
+        let has_packs = scene.terms() & (TERM_GLOBAL | TERM_LOCAL) != 0;
+        let of_chunk = |points: &[PaintedPoint]| {
+            let mut needed = NeededTables::default();
+            let mut before = None;
+            for point in points.iter().filter(|point| is_served(point)) {
+                // Most are as their neighbours.
+                if before.replace(point) == Some(point) {
+                    continue;
+                }
+                needed.plain |= !point.is_painted();
+                needed.painted |= point.is_painted();
+                if point.is_painted() && has_packs {
+                    let paint = unpack_paint(&point.texel());
+                    let fibre = painted_fibre(fibre, &paint);
+                    needed.packs |= PaintedPlaces::of(&fibre, &paint).packs();
+                }
+            }
+            needed
+        };
+        let chunks = paint.par_chunks(PAINT_CHUNK);
+        chunks
+            .map(of_chunk)
+            .reduce(NeededTables::default, |a, b| NeededTables {
+                plain: a.plain || b.plain,
+                painted: a.painted || b.painted,
+                packs: a.packs | b.packs,
+            })
+    }
+
+    /// Is there a point that needs some?
+    pub fn is_any(self) -> bool {
+        self.plain || self.painted
+    }
+
+    /// Are all of them among `tables`?
+    pub fn are_in(self, tables: &SceneTables) -> bool {
+        (!self.plain || tables.plain.is_some()) && tables.painted.missing(self.packs) == 0
+    }
 }
 
 /// The shadow maps of the lights and those through the hair to the eye, once there are both.
@@ -79,9 +167,13 @@ pub(super) fn maps_of<'a>(
 /// The tables, where there are points that they serve and they have all terms of multiple scattering that are drawn.
 pub(super) fn tables_for<'a>(
     scene: &PreparedScene,
-    tables: Option<&'a MultipleTables>,
-    needs_tables: Option<bool>,
-) -> Option<&'a MultipleTables> {
+    tables: Option<&'a SceneTables>,
+    needed: Option<NeededTables>,
+) -> Option<&'a SceneTables> {
     let drawn = scene.terms() & (TERM_GLOBAL | TERM_LOCAL);
-    tables.filter(|tables| needs_tables == Some(true) && drawn & !tables.terms() == 0)
+    let needed = needed.filter(|needed| needed.is_any())?;
+    tables.filter(|tables| {
+        let of_plain = tables.plain.as_ref().map_or(drawn, MultipleTables::terms);
+        needed.are_in(tables) && drawn & !(of_plain & tables.painted.terms()) == 0
+    })
 }

@@ -33,7 +33,7 @@ impl Frame {
         if before.as_ref() != Some(&plan) {
             self.forget_kept();
             self.forget(Stage::ShadowMaps);
-            self.plain.arriving_before = None;
+            self.served.arriving_before = None;
         }
         if !before.is_some_and(|before| before.has_through_of(&plan)) {
             self.forget(Stage::ThroughMaps);

@@ -32,8 +32,11 @@ pub(super) struct Picturing<'a> {
 pub(super) enum Quality {
     /// It is that of the view before, where points are that this one shows too.
     Carried,
-    /// Shadows are those of the volume, or the light through to the eye is that of the view before.
+    /// Shadows are those of the volume, or the light through to the eye is by maps of a view far from this one.
     Draft,
+    /// All light is in the shadows of maps; that through to the eye is by those of a view near this one. Some points are shaded, the
+    /// others are interpolated.
+    Turned,
     /// Single scattering is in the shadows of maps, all or some of each light, and leaves to chance what hardly counts; multiple scattering
     /// and lights without maps are those of the draft.
     Shadowed,
@@ -42,6 +45,13 @@ pub(super) enum Quality {
     /// It is what was kept of lights of other colours.
     Recolored,
     Whole,
+}
+
+impl Quality {
+    /// Are points shaded for it that are shaded again for a better one?
+    pub const fn is_draft(self) -> bool {
+        matches!(self, Quality::Draft | Quality::Turned)
+    }
 }
 
 /// The lights of a scene, and which maps they get.
@@ -66,7 +76,8 @@ impl Lights {
 pub(super) struct Records {
     /// `[light][voxel]`; none of lights that were black.
     pub packed: Vec<PackedRecord>,
-    /// `[light][voxel]`: [from how many directions](super::super::transmittance::Swept::n_open) light comes.
+    /// `[light][voxel]`: [from how many directions](super::super::transmittance::Swept::n_open) light comes,
+    /// until light on the proxies is found by it for lights of any colour.
     pub n_open: Vec<u8>,
     /// By light, once it is done: was it not black?
     pub is_lit: Vec<Option<bool>>,

@@ -1,6 +1,5 @@
 //! Radiance of the visible points.
 
-use strandlight_scattering::multiple_tables::MultipleTables;
 use strandlight_scattering::wide::Peaks;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::progress::timed;
@@ -10,6 +9,7 @@ use super::super::draft_multiple::DraftMultiple;
 use super::super::proxies::Proxies;
 use super::super::radiance::Radiance;
 use super::super::shade::Counts;
+use super::super::shade_wide::SceneTables;
 use super::super::through_shares::Maps;
 use super::inputs::{Inputs, is_plain, maps_of, tables_for};
 use super::parts::{Bounced, Picturing, Quality, Shaded, Shading, Shadowing};
@@ -41,20 +41,21 @@ impl Frame {
         {
             return;
         }
-        let quality = match self.unblocked.is_some() && self.through.is_some() {
-            true => Quality::Whole,
-            false => Quality::Draft,
+        let quality = match (&self.unblocked, &self.through) {
+            (Some(_), Some(_)) => Quality::Whole,
+            (Some(_), None) if self.has_through_near(picturing) => Quality::Turned,
+            _ => Quality::Draft,
         };
         self.shading.take_if(|shading| shading.quality != quality);
         if self.tables_of(scene).is_none() || scene.paint().is_some() {
-            self.plain.kept = None;
+            self.served.kept = None;
         }
         if quality == Quality::Whole && self.show_recolored(picturing) {
             return;
         }
         if self.bounce.is_none() && scene.has_bounce() {
             // It was put off for what was kept, which does not serve.
-            self.plain.kept = None;
+            self.served.kept = None;
             return;
         }
         if self.shading.is_none() {
@@ -65,7 +66,7 @@ impl Frame {
 
     /// Is there a draft that shadow maps can be cast on?
     pub(super) fn to_be_shadowed(&self, picturing: &Picturing) -> bool {
-        let draft = self.plain.draft_multiple.as_ref();
+        let draft = self.served.draft_multiple.as_ref();
         picturing.has_drafts
             && self.quality() == Some(Quality::Draft)
             && draft.is_some_and(DraftMultiple::is_whole)
@@ -89,21 +90,21 @@ impl Frame {
 
     /// Finds some more of the picture in their shadows.
     fn shadow_some(&mut self, picturing: &Picturing) {
-        let under_way = self.plain.shadowing.take();
+        let under_way = self.served.shadowing.take();
         match self.shadow_next(picturing, under_way) {
             Some(shadowing) if shadowing.n_done < shadowing.places.len() => {
-                self.plain.shadowing = Some(shadowing);
+                self.served.shadowing = Some(shadowing);
             }
             Some(Shadowing {
                 places, radiance, ..
             }) => {
                 let radiance = self.with_bounce(picturing.scene, radiance, &places);
                 let radiance = self.filled(radiance, places.len());
-                self.plain.forget_draft();
+                self.served.forget_draft();
                 self.show(picturing, Quality::Shadowed, radiance);
             }
             // The points are shaded as without a draft.
-            None => self.plain.forget_draft(),
+            None => self.served.forget_draft(),
         }
     }
 
@@ -125,7 +126,7 @@ impl Frame {
         let n = SHADOWED_AT_ONCE.min(shadowing.places.len() - shadowing.n_done);
         let places = &shadowing.places[shadowing.n_done..][..n];
         let profile = self.profile.as_ref().filter(|_| list.has_wide);
-        let found = self.plain.shadowed(
+        let found = self.served.shadowed(
             (scene, (&picturing.view, profile)),
             self.tables_of(scene)?,
             (&lights.records, self.maps_for_first()?),
@@ -138,8 +139,8 @@ impl Frame {
     }
 
     /// The tables, if there are points that they serve.
-    fn tables_of(&self, scene: &PreparedScene) -> Option<&MultipleTables> {
-        tables_for(scene, self.multiple.as_ref(), self.needs_tables)
+    fn tables_of(&self, scene: &PreparedScene) -> Option<&SceneTables> {
+        tables_for(scene, self.multiple.as_ref(), self.needed_tables)
     }
 
     /// Shows lights of other colours by what was kept; answers whether that was possible.
@@ -148,14 +149,14 @@ impl Frame {
             return false;
         }
         let (Some(kept), Some(lights), Some((_, visible)), Some(maps)) =
-            (&self.plain.kept, &self.lights, &self.list, &self.unblocked)
+            (&self.served.kept, &self.lights, &self.list, &self.unblocked)
         else {
             return false;
         };
         let seen = (&*picturing.scene.strands, &visible.points[..]);
         let scale = picturing.view.radiance_scale;
         let mut radiance = kept.radiance(&lights.records, seen, maps, scale);
-        if let Some(bounced) = &self.plain.bounced {
+        if let Some(bounced) = &self.served.bounced {
             let lit = self.lit_proxies(picturing);
             radiance.add_at_all(&recolored(bounced, lit.as_ref()));
             self.proxies = lit;
@@ -196,7 +197,7 @@ impl Frame {
             n_done: 0,
             radiance,
             counts: Counts::default(),
-            peaks: (quality == Quality::Draft).then(|| peaks(scene)),
+            peaks: quality.is_draft().then(|| peaks(scene)),
         };
         if let Some(before) = self.before_paint.take() {
             shading.only_repainted(before, scene.paint(), &visible.points);
@@ -208,7 +209,7 @@ impl Frame {
     fn shade_slice(&mut self, picturing: &Picturing) {
         let has_better = matches!(
             self.quality(),
-            Some(Quality::Most | Quality::Recolored | Quality::Whole)
+            Some(Quality::Turned | Quality::Most | Quality::Recolored | Quality::Whole)
         );
         let (Some(lights), Some((list, visible)), Some((grid, _)), Some(records)) =
             (&self.lights, &self.list, &self.volume, &self.records)
@@ -225,9 +226,10 @@ impl Frame {
             maps: maps_of(lights, self.unblocked.as_ref(), through),
             profile: self.profile.as_ref().filter(|_| list.has_wide),
             bounce: self.bounce.as_ref(),
+            has_plain: self.needed_tables.is_some_and(|needed| needed.plain),
             proxies: self.proxies.as_ref(),
         };
-        let tables = tables_for(picturing.scene, self.multiple.as_ref(), self.needs_tables);
+        let tables = tables_for(picturing.scene, self.multiple.as_ref(), self.needed_tables);
         let Some(shading) = &mut self.shading else {
             return;
         };
@@ -237,26 +239,26 @@ impl Frame {
             return;
         }
         let places = shading.next_places(inputs.slice());
-        let (plain, painted) = match tables {
-            Some(_) => inputs.plain_and_painted(&places),
+        let (served, others) = match tables {
+            Some(_) => inputs.served_and_others(&places),
             None => (Vec::new(), places.clone()),
         };
-        if let Some(tables) = tables.filter(|_| !plain.is_empty()) {
-            let Some((radiance, counts)) = self.plain.shade(&inputs, tables, shading, &plain)
+        if let Some(tables) = tables.filter(|_| !served.is_empty()) {
+            let Some((radiance, counts)) = self.served.shade(&inputs, tables, shading, &served)
             else {
                 return;
             };
-            shading.add(&plain, &radiance, counts);
+            shading.add(&served, &radiance, counts);
         }
         // These do all lights at once.
-        if !painted.is_empty() && shading.group == 0 {
-            let (radiance, counts) = inputs.shade_alone(&painted, shading.has_narrow());
-            shading.add(&painted, &radiance, counts);
+        if !others.is_empty() && shading.group == 0 {
+            let (radiance, counts) = inputs.shade_alone(&others, shading.has_narrow());
+            shading.add(&others, &radiance, counts);
         }
         shading.n_done += places.len();
         let is_last = shading.group + 1 == shading.groups.len();
         let is_first_done = shading.n_done >= shading.n_first;
-        let is_draft = shading.quality == Quality::Draft;
+        let is_draft = shading.quality.is_draft();
         if shading.n_done == shading.order.len() || is_draft && is_first_done {
             shading.group += 1;
             shading.n_done = 0;
@@ -277,11 +279,11 @@ impl Frame {
         let Some((_, visible)) = &self.list else {
             return radiance;
         };
-        // Points of other fibres have it.
+        // Painted points have it.
         if self.bounce.is_some() && self.tables_of(scene).is_some() {
             let is_plain = |place: &u32| is_plain(scene.paint(), visible, *place);
             let plain: Vec<u32> = done.iter().copied().filter(is_plain).collect();
-            let bounced = self.plain.bounced_at(&plain, visible).unwrap_or_default();
+            let bounced = self.served.bounced_at(&plain, visible).unwrap_or_default();
             for (place, bounced) in plain.iter().zip(&bounced) {
                 radiance.add_at(*place, bounced);
             }
@@ -314,9 +316,10 @@ impl Frame {
             self.stats.set_terms(&shading.counts.terms);
             if is_whole {
                 self.before = None;
-                self.plain.forget_draft();
+                self.served.forget_draft();
             }
-            if let (Some(kept), Some(lights), true) = (&mut self.plain.kept, &self.lights, is_whole)
+            if let (Some(kept), Some(lights), true) =
+                (&mut self.served.kept, &self.lights, is_whole)
             {
                 kept.is_taken(&lights.records);
             }
@@ -366,14 +369,4 @@ fn recolored(bounced: &Bounced, lit: Option<&Proxies>) -> Vec<[f32; 4]> {
     bounced
         .map(|of| [r * of[0], g * of[1], b * of[2], 0.0])
         .collect()
-}
-
-/// Are there points of the fibre that tables are of? Painted points have fibres of their own. Nor are there tables where
-/// [modes add up](PreparedScene::modes_add_up).
-pub(super) fn needs_tables(scene: &PreparedScene) -> bool {
-    let has_plain = match scene.paint() {
-        Some(paint) => paint.iter().any(|point| !point.is_painted()),
-        None => true,
-    };
-    has_plain && !scene.modes_add_up
 }

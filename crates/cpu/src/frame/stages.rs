@@ -104,6 +104,9 @@ impl Frame {
                 self.before = Some(before);
                 self.carried_from = carried.is_some().then_some((seen, radiance));
             }
+            if picturing.has_drafts {
+                self.served.carry_bounced(&visible.points);
+            }
             self.list = Some((list, visible));
             if let Some(radiance) = carried {
                 self.show(picturing, Quality::Carried, radiance);
@@ -142,7 +145,11 @@ impl Frame {
                 self.unblocked = Some(unblocked);
                 // Those at more points are the same at these.
                 if !is_extended {
-                    self.plain.forget_shares();
+                    self.served.forget_shares();
+                }
+                // Stills hardly need it again.
+                if !picturing.has_drafts {
+                    self.strip_order = None;
                 }
             }
             unfinished => self.casting = unfinished,
@@ -174,7 +181,7 @@ impl Frame {
                 self.stats.texels_visited += maps.n_texels;
                 let forward = picturing.view.forward;
                 if !is_extended {
-                    self.plain.forget_shares();
+                    self.served.forget_shares();
                 }
                 if maps.is_everywhere() {
                     self.through_before = None;
@@ -300,9 +307,14 @@ impl Frame {
             }
             found.n_done = next.last().map_or(of_all.len(), |last| last + 1);
         });
-        if let (true, Some(records)) = (self.has_proxy_light(), &mut self.records) {
+        if let (true, Some(found), Some(records)) =
+            (self.has_proxy_light(), &self.proxy_light, &mut self.records)
+        {
             // They are many bytes.
             records.maps = Vec::new();
+            if found.is_of_any_color() {
+                records.n_open = Vec::new();
+            }
         }
         if !beside.is_empty() {
             self.ran("light on proxies", seconds, 0);
@@ -350,22 +362,37 @@ impl Frame {
         Some(proxies)
     }
 
+    /// Fills some more of the tables that are needed.
     pub(super) fn fill_tables(&mut self, scene: &PreparedScene) {
-        let (found, seconds) = timed(|| {
+        let Some(needed) = self.needed_tables else {
+            return;
+        };
+        let tables = self.multiple.get_or_insert_default();
+        let filling = &mut self.filling;
+        let ((), seconds) = timed(|| {
             let run = |jobs: Vec<Job>| jobs.into_par_iter().for_each(Job::run);
-            let shading = scene.hair.optics().shading(scene.tables.view());
-            let averages = scene.hair.averages();
-            let filling = self
-                .filling
-                .get_or_insert_with(|| Filling::new(&shading, averages, scene.terms(), run));
-            let most = WIDTHS_AT_ONCE * rayon::current_num_threads();
-            filling
-                .fill(shading.fibre, averages, most, run)
-                .then_some(())?;
-            Some(self.filling.take()?.finish())
+            let optics = scene.hair.optics();
+            if needed.plain && tables.plain.is_none() {
+                let shading = optics.shading(scene.tables.view());
+                let averages = scene.hair.averages();
+                let filled = filling
+                    .get_or_insert_with(|| Filling::new(&shading, averages, scene.terms(), run));
+                let most = WIDTHS_AT_ONCE * rayon::current_num_threads();
+                if filled.fill(shading.fibre, averages, most, run) {
+                    tables.plain = filling.take().map(Filling::finish);
+                }
+                return;
+            }
+            let missing = tables.painted.missing(needed.packs);
+            if missing != 0 {
+                let hair = optics.painted_hair();
+                let views = optics.painted_views(&hair, scene.tables.view());
+                let pack = missing.trailing_zeros() as usize;
+                tables.painted.fill(pack, &views, scene.terms(), run);
+            }
         });
-        let bytes = found.as_ref().map_or(0, MultipleTables::bytes) as u64;
-        self.multiple = found;
+        let of_plain = tables.plain.as_ref().map_or(0, MultipleTables::bytes);
+        let bytes = (of_plain + tables.painted.bytes()) as u64;
         self.ran("tables", seconds, bytes);
     }
 }

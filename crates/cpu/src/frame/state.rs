@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use strandlight_scattering::closed_form::WidthProfile;
-use strandlight_scattering::multiple_tables::{Filling, MultipleTables};
+use strandlight_scattering::multiple_tables::Filling;
 use strandlight_scene::Stats;
 use strandlight_scene::volume::Grid;
 
@@ -11,12 +11,14 @@ use super::super::bounce::{BounceLight, BounceRays};
 use super::super::list::{Listing, VisibilityList};
 use super::super::proxies::Proxies;
 use super::super::radiance::{Radiance, RadianceBefore};
+use super::super::shade_wide::SceneTables;
 use super::super::through_shares::Through;
 use super::super::unblocked::{Casting, StripOrder, Unblocked};
 use super::super::visible::VisiblePoints;
 use super::super::voxelise::Voxelising;
+use super::inputs::NeededTables;
 use super::parts::{Lights, Painted, ProxyLight, Records, Shaded, Shading};
-use super::plain::PlainPoints;
+use super::served::ServedPoints;
 
 /// The stages' results, as far as they are up to date, and the stage under way.
 #[derive(Default)]
@@ -50,11 +52,11 @@ pub(in super::super) struct Frame {
     pub(super) through: Option<Through>,
     /// That of the view before, for drafts.
     pub(super) through_before: Option<Through>,
-    /// Are there points that tables serve? Unknown after an edit of the paint.
-    pub(super) needs_tables: Option<bool>,
+    /// Unknown after an edit of the paint, the hair or the terms.
+    pub(super) needed_tables: Option<NeededTables>,
     pub(super) filling: Option<Filling>,
-    pub(super) multiple: Option<MultipleTables>,
-    pub(super) plain: PlainPoints,
+    pub(super) multiple: Option<SceneTables>,
+    pub(super) served: ServedPoints,
     /// Of the fibre over its width, where a view shows strands that are wide.
     pub(super) profile: Option<WidthProfile>,
     pub(super) shading: Option<Shading>,

@@ -10,22 +10,34 @@ use strandlight_scattering::wide::{
 use strandlight_scene::bounce::N_LOBES;
 
 use super::super::bounce::BounceLight;
-use super::{CHUNK, EightLights, Multiple, WideShader};
+use super::eight_lights::EightLights;
+use super::optics::{LastPainted, PointOptics};
+use super::{CHUNK, Multiple, WideShader, with_optics};
+
+/// Which fibres scatter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in super::super) enum Fibres {
+    /// The scene's everywhere, so that it can be interpolated between points that have it.
+    OfScene,
+    /// Those of the points.
+    OfPoints,
+}
 
 /// What a thread shades bounce light in.
 #[derive(Default)]
 struct Scratch {
     responses: Responses,
     lights: WideLights,
+    last_painted: LastPainted,
 }
 
 impl WideShader<'_> {
-    /// Bounce light at some visible points: rgb times the view's radiance scale, and zero.
+    /// Bounce light at some visible points, scattered by these fibres: rgb times the view's radiance scale, and zero.
     pub fn shade_bounce(
         &self,
         bounce: &BounceLight,
-        places: &[u32],
-        visible: &[u32],
+        (places, visible): (&[u32], &[u32]),
+        fibres: Fibres,
     ) -> Vec<[f32; 4]> {
         let of_chunk = |places: &[u32]| {
             let mut scratch = Scratch::default();
@@ -33,7 +45,17 @@ impl WideShader<'_> {
             dispatch!(Level::new(), simd => {
                 for &place in places {
                     let point = visible[place as usize] as usize;
-                    let rgb = self.bounce_at(simd, bounce, point, &mut scratch);
+                    let mut last = std::mem::take(&mut scratch.last_painted);
+                    let rgb = match (fibres, &self.plain) {
+                        (Fibres::OfScene, Some(optics)) => {
+                            Some(self.bounce_at(simd, bounce, (point, optics), &mut scratch))
+                        }
+                        _ => with_optics!(self, point, &mut last, optics => {
+                            self.bounce_at(simd, bounce, (point, optics), &mut scratch)
+                        }),
+                    };
+                    scratch.last_painted = last;
+                    let rgb = rgb.unwrap_or_default();
                     let [r, g, b] = rgb.map(|value| value * self.view.radiance_scale);
                     radiance.push([r, g, b, 0.0]);
                 }
@@ -48,8 +70,10 @@ impl WideShader<'_> {
         &self,
         simd: S,
         bounce: &BounceLight,
-        point: usize,
-        Scratch { responses, lights }: &mut Scratch,
+        (point, optics): (usize, &impl PointOptics),
+        Scratch {
+            responses, lights, ..
+        }: &mut Scratch,
     ) -> [f32; 3] {
         let mut sum = [0.0; 3];
         let terms = &self.terms;
@@ -71,7 +95,7 @@ impl WideShader<'_> {
                 found.map(|(light, _)| light.direction),
                 found.map(|(light, _)| light.lambda),
             );
-            let shading = &self.shading;
+            let shading = optics.shading();
             single_scattering(simd, lights, &weights, &place, shading, None, responses);
             for entry in responses.entries() {
                 let (light, record) = &found[entry.light as usize];
@@ -91,7 +115,8 @@ impl WideShader<'_> {
             let [a, b, c] = depths_of_shares(shares);
             let sines: [f32; LANES] = std::array::from_fn(|lane| of_lobe(lane).sin_theta);
             let records = [a.into(), b.into(), c.into(), sines];
-            let Multiple { direct, forward } = self.multiple(simd, &eight, &records, &place);
+            let Multiple { direct, forward } =
+                self.multiple(simd, &eight, &records, (&place, optics));
             for (channel, sum) in sum.iter_mut().enumerate() {
                 let found: [f32; LANES] = (direct[channel] * shares[0] + forward[channel]).into();
                 let lanes = eight.rgb[channel].iter().zip(found);

@@ -10,7 +10,7 @@ use super::super::radiance::{Between, Radiance};
 use super::super::shade::Counts;
 use super::super::through_shares::{self, Maps, ThroughShares};
 use super::super::unblocked::VisiblePoint;
-use super::{CHUNK, Scratch, WideShader, Written};
+use super::{CHUNK, Scratch, WideShader, Written, with_optics};
 
 impl WideShader<'_> {
     /// Writes the numbers of a point of a draft that came to `sum`; answers its rest.
@@ -66,9 +66,15 @@ impl WideShader<'_> {
                         };
                         through.find(simd, at, shares);
                         self.take_shares(&draft.columns, (maps, &drawn), (at, &shares.shares), scratch);
-                        self.narrow(simd, at, scratch);
                         let place = self.place(at.point);
-                        let single = self.single(simd, at, &place, Written::Nothing, scratch, &mut counts);
+                        let mut last = std::mem::take(&mut scratch.last_painted);
+                        let single = with_optics!(self, at.point, &mut last, optics => {
+                            self.narrow(simd, at, optics, scratch);
+                            let of_point = (&place, optics);
+                            self.single(simd, at, of_point, Written::Nothing, scratch, &mut counts)
+                        });
+                        scratch.last_painted = last;
+                        let single = single.unwrap_or_default();
                         *radiance = single.map(|value| value * self.view.radiance_scale);
                         let multiple = draft.at(&between[at.place], &scratch.unblocked);
                         for (sum, value) in radiance.iter_mut().zip(multiple) {

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::archive::{Archive, Kind, Property, metadata_value};
 use super::pod::Values;
+use crate::counted::counted;
 use crate::curves::Interpolation;
 use crate::error::{Error, Result};
 
@@ -98,7 +99,13 @@ impl<'a> Param<'a> {
     }
 
     fn beyond(&self, path: &str, element: usize, ix: usize, n: usize) -> Error {
-        self.invalid(path, format!("has index {ix} at {element}, and {n} values"))
+        self.invalid(
+            path,
+            format!(
+                "has index {ix} at {element}, and {}",
+                counted(n, "value", "values")
+            ),
+        )
     }
 
     /// The first `components` numbers of all elements.

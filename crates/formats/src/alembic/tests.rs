@@ -329,7 +329,7 @@ fn numbers_that_are_none_are_named() {
     );
     refused(
         &Curves::new(LINEAR, &[2, 3]).with(bad),
-        "has index 1 at 1, and 1 values",
+        "has index 1 at 1, and 1 value",
     );
 }
 

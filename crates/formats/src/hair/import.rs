@@ -4,6 +4,7 @@ use super::layout::{ATTRIBUTES, HEADER_BYTES, INFO, flag};
 use super::original::{HairOriginal, SinglePoint};
 use super::thickness::diameter;
 use crate::bytes::{f32_at, point_at, u32_at};
+use crate::counted::counted;
 use crate::error::{Error, Result};
 use crate::groom::{Attribute, Domain, Groom, GroomSource, Original};
 use crate::groom_format::{Import, ImportOptions, Note, NoteKind, Placement};
@@ -87,7 +88,11 @@ pub(super) fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
     }
     if !single_points.is_empty() {
         let n = single_points.len();
-        let what = format!("{n} strands of a single point are kept for export but not drawn");
+        let what = counted(
+            n,
+            "strand of a single point is",
+            "strands of a single point are",
+        ) + " kept for export but not drawn";
         notes.push(Note::new(NoteKind::SetAside, what));
     }
     let original = HairOriginal {
@@ -184,7 +189,7 @@ fn parse_layout<'a>(bytes: &'a [u8], options: &ImportOptions) -> Result<Layout<'
     ];
     if !rest.is_empty() {
         return Err(Error::invalid(
-            format!("{} bytes after the last array", rest.len()),
+            counted(rest.len(), "byte", "bytes") + " after the last array",
             (bytes.len() - rest.len()) as u64,
         ));
     }

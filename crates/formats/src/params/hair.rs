@@ -186,7 +186,10 @@ const PARAMS: &[Param<HairSection>] = &[
         at!(HairSection.modes),
     )
     .group(Group::Lobes)
-    .help("Enabled scattering modes, the light paths through a fibre."),
+    .help(
+        "Enabled scattering modes, the light paths through a fibre. Light that reaches a strand by way of other \
+         hair has passed all modes there; in ground truth and with --converge it has passed the enabled ones alone.",
+    ),
     Param::numbers(
         "shift_deg",
         "Tilt",

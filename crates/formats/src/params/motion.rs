@@ -13,16 +13,18 @@ pub const MOTION: Section<MotionSection> = Section {
     help: "How the hair moves: through a sequence of grooms, or in the wind of `[motion.wind]`, not \
            both. Without it, the hair stays.",
     params: &[
-        Param::new("frames", "Frames", Kind::Files, at!(MotionSection.frames)).help(
-            "`.groom` files, one pose each, with the strands and points of `groom.file`; the first \
-             at time 0. Between two the hair moves straight; after the last it stays. Numbered files \
-             as `{ files = \"pose.%04d.groom\", first = 1, last = 24 }`, or with `####`.",
-        ),
+        Param::new("frames", "Frames", Kind::Files, at!(MotionSection.frames))
+            .absent(Absent::Words("must be given, unless there is wind"))
+            .help(
+                "`.groom` files, one pose each, with the strands and points of `groom.file`; the first \
+                 at time 0. Between two the hair moves straight; after the last it stays. Numbered files \
+                 as `{ files = \"pose.%04d.groom\", first = 1, last = 24 }`, or with `####`.",
+            ),
         Param::number("fps", "Frame rate", [1e-3, 1e3], at!(MotionSection.fps))
             .absent(Absent::Number(MotionSection::DEFAULT_FPS))
             .unit("/s")
             .slider(1.0, 60.0)
-            .help("Playback rate of the groom sequence."),
+            .help("Playback rate of `motion.frames`, without which it is refused."),
     ],
     plain: MotionSection::default,
 };

@@ -23,6 +23,7 @@ use std::fmt::Write as _;
 
 use layout::{INFO, thirds};
 
+use crate::counted::counted;
 use crate::error::Result;
 use crate::groom::Groom;
 use crate::groom_format::{
@@ -96,8 +97,8 @@ fn write(groom: &Groom, options: &ExportOptions) -> Result<Export> {
     export.notes.extend(widths.note());
     if n_bent > 0 {
         let what = format!(
-            "the widths of {n_bent} strands are written as linear from root to tip, which they \
-             are not"
+            "the widths of {} are written as linear from root to tip, which they are not",
+            counted(n_bent, "strand", "strands")
         );
         export.notes.push(Note::new(NoteKind::Dropped, what));
     }

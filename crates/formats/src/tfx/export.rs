@@ -54,6 +54,7 @@ pub(super) fn write(groom: &Groom, options: &ExportOptions) -> Result<Export> {
         extend_floats(&mut arrays, &values_for(&groom, attribute, domain));
     }
     let mut export = Export::new([header, arrays].concat());
+    export.n_points = note.is_some().then_some(groom.points.len());
     export.notes.extend(note);
     Ok(export)
 }

@@ -10,6 +10,7 @@ use super::pieces::Shape;
 use super::primvars::add_values;
 use super::stage::Stage;
 use super::{binary, text};
+use crate::counted::counted;
 use crate::curves::Wrap;
 use crate::error::{Error, Result};
 use crate::groom::{GroomSource, Original, UpAxis};
@@ -77,7 +78,11 @@ pub(super) fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
     let stage = Stage::of(&layer)?;
     let mut notes = Vec::new();
     if n_open_sets > 0 {
-        let text = format!("{n_open_sets} sets of variants have none chosen and are left out");
+        let text = counted(
+            n_open_sets,
+            "set of variants has none chosen and is",
+            "sets of variants have none chosen and are",
+        ) + " left out";
         notes.push(Note::new(NoteKind::Dropped, text));
     }
     let chosen = stage.chosen(options.object.as_deref())?;

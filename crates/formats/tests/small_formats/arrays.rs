@@ -148,7 +148,7 @@ fn ct2hair_is_read() {
     assert_eq!(found.groom.strand_offsets, [0, 7]);
     let dropped = notes(&found, NoteKind::Dropped);
     assert!(
-        dropped[0].starts_with("1 strands with points that are no numbers"),
+        dropped[0].starts_with("1 strand with points that are no numbers is"),
         "{dropped:?}"
     );
     for (at, word, needle) in [

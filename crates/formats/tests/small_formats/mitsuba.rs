@@ -117,13 +117,16 @@ fn a_stated_shape_is_known_by_a_damaged_start() {
         let file = SourceFile::from_bytes(text.as_bytes());
         file.is_ok_and(|file| file.format().info().name == "mitsuba")
     };
-    for text in [
-        with(3, "0 nan 0 0.004"),
-        with(3, "0 1 0"),
-        with(3, "0 1 0 -0.004"),
+    for (text, is_known_unstated) in [
+        // Four floats, so a control point, if not one to render.
+        (with(3, "0 nan 0 0.004"), true),
+        (with(3, "0 1 0 inf"), true),
+        (with(3, "0 1 0"), false),
+        (with(3, "0 1 0 -0.004"), false),
     ] {
         assert!(is_known(&text), "{text}");
-        assert!(!is_known(&text.replace(" # linearcurve", "")));
+        let unstated = text.replace(" # linearcurve", "");
+        assert_eq!(is_known(&unstated), is_known_unstated, "{unstated}");
     }
     assert!(!is_known("import curves # linearcurve\n1 2 3 4\nx = 3\n"));
 }

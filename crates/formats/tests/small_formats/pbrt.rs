@@ -36,7 +36,7 @@ fn pbrt_curves_come_back_byte_for_byte() {
     let mut bent = groom;
     bent.attributes[0].data[3] = 0.5;
     let said = &export(&bent, "pbrt").notes[0].text;
-    assert!(said.starts_with("the widths of 1 strands"), "{said}");
+    assert!(said.starts_with("the widths of 1 strand are"), "{said}");
 }
 
 #[test]

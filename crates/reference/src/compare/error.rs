@@ -71,6 +71,14 @@ pub enum LayerError {
         /// Those there are.
         found: String,
     },
+    /// A layer of other channels.
+    #[error("layer {layer} has no colour to compare: its channels are {channels}")]
+    LayerWithoutColor {
+        /// The layer.
+        layer: String,
+        /// What it has.
+        channels: String,
+    },
     /// The file has no plain colour.
     #[error("no channels R, G, B; the file has {found}")]
     NoColor {

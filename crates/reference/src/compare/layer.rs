@@ -213,13 +213,28 @@ impl Names {
         found.map(|(_, place)| *place)
     }
 
-    /// R, G, B of a layer; its `Y` three times if it has no colour.
+    /// R, G, B of a layer; its `Y` three times if it has no colour, or the only channel of a layer with a name.
     fn rgb(&self, layer: Option<&str>) -> Option<[Place; 3]> {
         let find = |channel| self.find(layer, channel);
         match (find("R"), find("G"), find("B")) {
             (Some(r), Some(g), Some(b)) => Some([r, g, b]),
-            _ => find("Y").map(|y| [y; 3]),
+            _ => {
+                let only = layer.and_then(|layer| match self.channels(layer)[..] {
+                    [channel] => find(channel),
+                    _ => None,
+                });
+                // With X it is an axis, as of tangents.
+                let luminance = find("Y").filter(|_| find("X").is_none());
+                luminance.or(only).map(|y| [y; 3])
+            }
         }
+    }
+
+    /// The channels of a layer; none of one that is not there.
+    fn channels(&self, layer: &str) -> Vec<&str> {
+        let names = self.0.iter();
+        let channels = names.filter_map(|(name, _)| name.strip_prefix(layer)?.strip_prefix('.'));
+        channels.filter(|channel| !channel.contains('.')).collect()
     }
 
     /// The names of layers, for a person who asked for another; without what files of samples keep to be gone
@@ -253,9 +268,15 @@ fn decode_exr(bytes: &[u8], name: Option<&str>) -> Result<Layer, LayerError> {
     let names = Names::of(reader.headers());
     let rgb = names.rgb(name).ok_or_else(|| {
         let found = names.layers();
-        match name.map(str::to_owned) {
-            Some(layer) => LayerError::NoLayer { layer, found },
-            None => LayerError::NoColor { found },
+        let Some(layer) = name.map(str::to_owned) else {
+            return LayerError::NoColor { found };
+        };
+        match names.channels(&layer) {
+            channels if channels.is_empty() => LayerError::NoLayer { layer, found },
+            channels => LayerError::LayerWithoutColor {
+                layer,
+                channels: channels.join(", "),
+            },
         }
     })?;
     // A reference over a background is opaque, but tells the coverage of the hair.

@@ -12,6 +12,8 @@ mod errors;
 mod history;
 mod keys;
 mod on_disk;
+#[cfg(not(target_arch = "wasm32"))]
+mod recovery;
 mod save;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -3,6 +3,7 @@
 mod assets;
 mod changes;
 mod masks;
+mod recovery;
 mod saving;
 mod strokes;
 

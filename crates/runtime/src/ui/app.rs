@@ -22,6 +22,9 @@ use strandlight_render::gpu::GpuError;
 pub enum Sent {
     /// A device has come, which in a browser takes a while.
     Opened(Result<Screen, GpuError>),
+    /// The process is about to end: what would be lost is to be kept, and it is told when that is done.
+    #[cfg(not(target_arch = "wasm32"))]
+    Interrupted(std::sync::mpsc::Sender<()>),
     /// The page wants the window no more.
     #[cfg(target_arch = "wasm32")]
     Close,
@@ -157,6 +160,8 @@ impl App {
         let display = self.display.clone();
         let mut workspace = Workspace::new(window, display, screen, viewer, choice, launch.log);
         workspace.set_time(launch.seconds);
+        #[cfg(not(target_arch = "wasm32"))]
+        workspace.tell_recovery();
         if launch.loses_device {
             workspace.lose_device();
         }
@@ -205,7 +210,19 @@ impl App {
         self.window = None;
     }
 
+    /// Keeps changes that were not saved in a file of their own: nobody can be asked any more.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn keep_unsaved(&mut self) {
+        if let Some(workspace) = &mut self.workspace {
+            workspace.keep_unsaved();
+        }
+    }
+
     fn end(&mut self, event_loop: &ActiveEventLoop, failure: Option<Failure>) {
+        #[cfg(not(target_arch = "wasm32"))]
+        if failure.is_some() {
+            self.keep_unsaved();
+        }
         if let Some(workspace) = &mut self.workspace {
             workspace.closed();
         }
@@ -232,6 +249,13 @@ impl ApplicationHandler<Sent> for App {
     fn user_event(&mut self, event_loop: &ActiveEventLoop, sent: Sent) {
         let opened = match sent {
             Sent::Opened(screen) => screen.map_err(Failure::Gpu),
+            #[cfg(not(target_arch = "wasm32"))]
+            Sent::Interrupted(tell) => {
+                self.keep_unsaved();
+                // Who waited no longer ends the process anyway.
+                let _ = tell.send(());
+                return;
+            }
             #[cfg(target_arch = "wasm32")]
             Sent::Close => return self.end(event_loop, None),
         };

@@ -14,11 +14,13 @@ use web_time::Instant;
 
 use super::keys::Command;
 use super::layout::UiOutput;
+use super::orbit::Bounds;
 use super::panel::motion::end_of;
 use super::questions::{Question, Then};
 use super::stroke_input::drag;
 use super::view::ViewportInput;
 use super::workspace::Workspace;
+use crate::session::{Change, Edits};
 
 impl Workspace {
     /// Applies the output of a frame. Returns whether the user is dragging something.
@@ -309,14 +311,16 @@ impl Workspace {
     }
 
     pub(super) fn step(&mut self, is_back: bool) {
+        let before = Bounds::of(&self.viewer.prepared().strands);
         let stepped = match is_back {
             true => self.viewer.undo(),
             false => self.viewer.redo(),
         };
         match stepped {
-            Ok(Some(_)) => {
+            Ok(Some(change)) => {
                 let event = if is_back { "undo" } else { "redo" };
                 self.changed(event, json!({}));
+                self.show_other_hair(&change, before);
             }
             Ok(None) => {}
             Err(error) => self.fail(&error.to_string()),
@@ -326,14 +330,23 @@ impl Workspace {
     /// Goes to the state after the first `n_done` steps.
     pub(super) fn go_to(&mut self, n_done: usize) {
         let before = self.viewer.session().n_done();
+        let bounds = Bounds::of(&self.viewer.prepared().strands);
         match self.viewer.go_to(n_done) {
-            Ok(Some(_)) => {
+            Ok(Some(change)) => {
                 let event = if n_done < before { "undo" } else { "redo" };
                 let n_steps = n_done.abs_diff(before);
                 self.changed(event, json!({ "steps": n_steps }));
+                self.show_other_hair(&change, bounds);
             }
             Ok(None) => {}
             Err(error) => self.fail(&error.to_string()),
+        }
+    }
+
+    /// Frames the hair where an undo has brought other hair than `before`, and the view does not show it.
+    fn show_other_hair(&mut self, change: &Change, before: Bounds) {
+        if change.has(Edits::GEOMETRY) {
+            self.frame_other_hair(before);
         }
     }
 

@@ -54,6 +54,9 @@ const NUMBER: f32 = 62.0;
 /// Width of the reset.
 const RESET: f32 = 20.0;
 
+/// Width of a name and three long choices.
+const CHOICES: f32 = 310.0;
+
 /// One number of the scene.
 pub struct Field {
     name: String,
@@ -217,21 +220,31 @@ impl Field {
                 changes.place(format!("{} number", self.name), &response);
                 response.on_hover_text("Drag, or click to type: 1.6, 1.6mm, 2*0.8");
                 let slider = self.slider.clone().unwrap_or(self.range.clone());
+                let mut at = self.on_slider(*value, &slider);
                 ui.spacing_mut().slider_width = (ui.available_width() - 4.0).max(0.0);
-                let slider = egui::Slider::new(value, slider)
+                let slider = egui::Slider::new(&mut at, slider)
                     .show_value(false)
                     .logarithmic(self.is_logarithmic)
                     .smallest_positive(10f64.powi(-(self.decimals as i32)))
                     .clamping(egui::SliderClamping::Never);
                 let response = ui.add(slider);
                 if response.changed() {
-                    *value = rounded(*value, self.decimals);
+                    *value = rounded(at, self.decimals);
                 }
                 changes.of(&self.name, &response);
                 changes.place(format!("{} slider", self.name), &response);
             });
         });
         is_reset
+    }
+
+    /// Where the slider has `value`: an angle beyond a whole turn of it is where it points.
+    fn on_slider(&self, value: f64, slider: &RangeInclusive<f64>) -> f64 {
+        let (low, turn) = (*slider.start(), slider.end() - slider.start());
+        match self.unit == "°" && turn == 360.0 && !slider.contains(&value) {
+            true => low + (value - low).rem_euclid(turn),
+            false => value,
+        }
     }
 
     fn name(&self, ui: &mut Ui) {
@@ -284,14 +297,16 @@ pub fn row<R>(ui: &mut Ui, controls: impl FnOnce(&mut Ui) -> R) -> R {
     ui.allocate_ui_with_layout(size, layout, controls).inner
 }
 
-/// A row with `name` before its controls.
+/// A row with `name` before its controls, which go on below where the panel is too narrow.
 pub fn named<R>(ui: &mut Ui, name: &str, help: &str, controls: impl FnOnce(&mut Ui) -> R) -> R {
-    row(ui, |ui| {
+    let size = egui::vec2(ui.available_width(), ROW);
+    let layout = Layout::left_to_right(Align::Center).with_main_wrap(size.x < CHOICES);
+    let named = ui.allocate_ui_with_layout(size, layout, |ui| {
         fixed(ui, NAME - 60.0, |ui| ui.label(name)).on_hover_text(help);
-        // Three long choices have to fit.
         ui.spacing_mut().item_spacing.x = 2.0;
         controls(ui)
-    })
+    });
+    named.inner
 }
 
 /// The reset button at the end of a row; a space where there is nothing to reset `to`.
@@ -398,4 +413,26 @@ pub fn rounded(value: f64, decimals: usize) -> f64 {
     let scale = 10f64.powi(decimals as i32);
     let rounded = (value * scale).round() / scale;
     if rounded.is_finite() { rounded } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_beyond_a_turn_are_shown_where_they_point() {
+        let field = |unit: &str| Field::new("Rotate", -3600.0..=3600.0, 0.0).unit(unit);
+        let whole = -180.0..=180.0;
+        for (value, at) in [
+            (300.0, -60.0),
+            (-190.0, 170.0),
+            (725.0, 5.0),
+            (180.0, 180.0),
+        ] {
+            assert_eq!(field("°").on_slider(value, &whole), at, "{value}");
+        }
+        // What is no turn is beyond the end.
+        assert_eq!(field("°").on_slider(95.0, &(-90.0..=90.0)), 95.0);
+        assert_eq!(field(" cm").on_slider(300.0, &whole), 300.0);
+    }
 }

@@ -11,12 +11,13 @@ mod native {
     use std::sync::Arc;
     use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-    use egui::{Modal, RichText, Ui};
+    use egui::{RichText, Ui};
     use web_time::Instant;
 
     use crate::opening::{self, CannotOpen, Fitted};
     use crate::session::Session;
     use crate::ui::field::Changes;
+    use crate::ui::fitted::fitted_modal;
     use crate::ui::job::bar;
     use crate::ui::questions::Then;
     use crate::work::{Work, WorkError};
@@ -148,8 +149,8 @@ mod native {
 
         /// Shows how far it is, and a way to stop it.
         pub fn show(&self, ui: &Ui, changes: &mut Changes) {
-            let modal = Modal::new(egui::Id::unique("job")).show(ui.ctx(), |ui| {
-                ui.set_width(300.0);
+            let modal = fitted_modal(ui, "job", |ui, width| {
+                ui.set_width(width.min(300.0));
                 ui.label(RichText::new(&self.title).strong());
                 bar(ui, self.work.share(), self.start);
                 let cancel = ui.button("Cancel");

@@ -1,11 +1,14 @@
 //! The window's parts: bar, picture, panel, status and questions. Reads the viewer, answers what
 //! was asked for; nothing is changed here but what the interface itself remembers.
 
+use std::sync::Arc;
+
 use egui::{Align, Button, Key, Layout, Panel, RichText, Ui};
-use strandlight_formats::Scene;
+use strandlight_formats::{Scene, counted};
 
 use super::asked::Asked;
 use super::field::Changes;
+use super::in_view::{InView, in_view};
 use super::job::Job;
 use super::keys::{self, Command};
 #[cfg(not(target_arch = "wasm32"))]
@@ -239,7 +242,7 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
     wipe(ui, state, input.viewer, response.rect, changes);
     #[cfg(not(target_arch = "wasm32"))]
     legend::show(ui, input.viewer, viewport.hover, response.rect);
-    state.paint.show_photo(ui.ctx(), changes);
+    state.paint.show_photo(ui.ctx(), picture, changes);
     if is_clicking {
         response.on_hover_cursor(egui::CursorIcon::Crosshair);
     } else if let (true, Some(radius), Some(at)) =
@@ -332,13 +335,18 @@ fn wipe(
     }
 }
 
+/// Margins and edges of the panel where it lies over the picture.
+const SHEET_EDGE: egui::Vec2 = egui::vec2(18.0, 10.0);
+
 /// The panel over the lower part of a narrow window, or the right part of a low one.
 fn sheet(ui: &Ui, room: egui::Rect, frame: egui::Frame, content: impl FnOnce(&mut Ui)) {
     let mut rect = room;
     if room.height() >= room.width() {
         rect.set_top(room.top() + 0.45 * room.height());
     } else {
-        rect.set_left(room.left() + 0.4 * room.width());
+        // Short of that, numbers and buttons would be cut off.
+        let width = (0.6 * room.width()).max(theme::PANEL_LEAST + SHEET_EDGE.x);
+        rect.set_left((room.right() - width).max(room.left()));
     }
     egui::Area::new(egui::Id::unique("sheet"))
         .order(egui::Order::Middle)
@@ -347,7 +355,7 @@ fn sheet(ui: &Ui, room: egui::Rect, frame: egui::Frame, content: impl FnOnce(&mu
         .show(ui.ctx(), |ui| {
             let frame = frame.stroke(egui::Stroke::new(1.0, egui::Color32::from_gray(70)));
             frame.show(ui, |ui| {
-                let inside = rect.size() - egui::vec2(18.0, 10.0);
+                let inside = rect.size() - SHEET_EDGE;
                 ui.set_min_size(inside.max(egui::Vec2::ZERO));
                 ui.set_max_size(inside.max(egui::Vec2::splat(1.0)));
                 content(ui);
@@ -356,7 +364,8 @@ fn sheet(ui: &Ui, room: egui::Rect, frame: egui::Frame, content: impl FnOnce(&mu
 }
 
 fn panel_of(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiOutput) {
-    egui::ScrollArea::vertical()
+    // Beside the picture it is as wide as its widest row.
+    egui::ScrollArea::new([state.panel.is_narrow, true])
         .auto_shrink([false, false])
         .show(ui, |ui| {
             // Room for the scroll bar, which would lie over the reset buttons.
@@ -499,18 +508,36 @@ fn bar(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiOut
     });
 }
 
+/// The look that is compared, while it is drawn for this view.
+fn drawn_look<'a>(input: &UiInput<'_>, state: &'a UiState) -> Option<&'a str> {
+    // A page draws no other picture.
+    let can_draw = cfg!(not(target_arch = "wasm32"));
+    let is_next = can_draw && input.progress.is_done && !state.motion.is_playing;
+    let looks = &state.looks;
+    let is_drawn = is_next && looks.wants(&LookView::of(input.viewer));
+    looks
+        .chosen()
+        .filter(|_| is_drawn)
+        .map(|kept| kept.name.as_str())
+}
+
 fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState, changes: &mut Changes) {
     let progress = input.progress;
+    let [width, height] = input.viewer.size().map(|side| side.max(1) as f32);
+    let aspect = width / height;
     let is_narrow = state.panel.is_narrow;
+    let drawn_look = drawn_look(input, state);
     ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
         let (what, share) =
             if let Some(name) = input.viewer.awaited_layer().filter(|_| progress.is_done) {
                 // The picture is finished, which is not what was asked for.
                 (format!("drawing {name}"), 0.0)
+            } else if let Some(name) = drawn_look {
+                (format!("drawing look {name}"), 0.0)
             } else if progress.is_done && progress.total_samples == 0 {
                 ("done".to_owned(), 1.0)
             } else if progress.is_done {
-                (format!("{} samples", progress.samples), 1.0)
+                (counted(progress.samples, "sample", "samples"), 1.0)
             } else if progress.is_shaded && progress.total_samples > 0 {
                 let PictureProgress {
                     samples,
@@ -518,7 +545,8 @@ fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState, changes: &mut Chang
                     ..
                 } = progress;
                 let share = samples as f32 / total_samples.max(1) as f32;
-                (format!("{samples} of {total_samples} samples"), share)
+                let total = counted(total_samples, "sample", "samples");
+                (format!("{samples} of {total}"), share)
             } else {
                 // What is shown was lit before the last edit.
                 ("shading".to_owned(), 0.0)
@@ -529,7 +557,32 @@ fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState, changes: &mut Chang
                 .desired_height(6.0)
                 .fill(theme::ACCENT),
         );
-        ui.label(RichText::new(what).small());
+        let label = ui.label(RichText::new(what).small());
+        if drawn_look.is_some() {
+            changes.place("Drawn look", &label);
+        }
+        let shown = input.viewer.prepared();
+        let seen = (shown.camera, aspect, Arc::as_ptr(&shown.strands) as usize);
+        // Where nothing is in view, all segments are asked: once for each view.
+        let id = ui.scope_id().with("in view");
+        let known = ui.data(|data| data.get_temp::<((Camera, f32, usize), InView)>(id));
+        let what = match known.filter(|(of, _)| *of == seen) {
+            Some((_, what)) => what,
+            None => in_view(&shown.camera, &shown.strands, aspect),
+        };
+        ui.data_mut(|data| data.insert_temp(id, (seen, what)));
+        let what = match what {
+            InView::Nothing => Some("no hair in view"),
+            InView::Speck => Some("the hair is a speck in this view"),
+            InView::Hair => None,
+        };
+        if let Some(what) = what {
+            let key = keys::shortcut(ui.ctx(), Command::Frame);
+            let text = format!("{what}; {key} frames it");
+            let label = ui.label(RichText::new(text).small().color(theme::WARNING));
+            changes.place("Out of view", &label);
+            label.on_hover_text("View > Frame all hair");
+        }
         if let Some((text, help)) = ground_truth(input.viewer) {
             let label = ui.label(RichText::new(text).small());
             changes.place("Ground truth", &label);
@@ -542,11 +595,15 @@ fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState, changes: &mut Chang
                 let lights = &session.scene().lights;
                 let n_lights = input.viewer.prepared().lights.len();
                 let n_on = (0..n_lights as u32).filter(|&ix| lights.is_on(ix)).count();
+                let all = counted(n_lights, "light", "lights");
                 let lights = match n_on == n_lights {
-                    true => format!("{n_lights} lights"),
-                    false => format!("{n_on} of {n_lights} lights"),
+                    true => all,
+                    false => format!("{n_on} of {all}"),
                 };
-                let text = RichText::new(format!("{n_strands} strands, {lights}"));
+                let text = RichText::new(format!(
+                    "{}, {lights}",
+                    counted(n_strands, "strand", "strands")
+                ));
                 ui.label(text.small().color(theme::WEAK));
                 let (name, help) = renderer(input.viewer);
                 ui.label(RichText::new(name).small().color(theme::WEAK))
@@ -575,8 +632,8 @@ fn ground_truth(viewer: &Viewer) -> Option<(String, String)> {
             let verb = if truth.is_done { "done" } else { "tracing" };
             (
                 format!(
-                    "ground truth: {verb}, {} samples, expected error {error:.1} %",
-                    truth.samples
+                    "ground truth: {verb}, {}, expected error {error:.1} %",
+                    counted(truth.samples, "sample", "samples")
                 ),
                 format!("{help}; of the fast picture {of_fast:.1} %"),
             )

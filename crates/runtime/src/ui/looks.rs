@@ -88,6 +88,8 @@ pub struct Kept {
     pub look: Look,
     /// Its picture, until the device is lost.
     pub shown: Option<Shown>,
+    /// The view that it could not be drawn for.
+    failed: Option<LookView>,
 }
 
 /// The looks that were kept.
@@ -156,6 +158,7 @@ impl Looks {
             name: name.clone(),
             look,
             shown,
+            failed: None,
         });
         self.choose(self.kept.len() - 1);
         name
@@ -194,6 +197,13 @@ impl Looks {
         }
     }
 
+    /// The one called `name` cannot be drawn for this view.
+    pub fn fail(&mut self, name: &str, view: LookView) {
+        if let Some(kept) = self.kept.iter_mut().find(|kept| kept.name == name) {
+            kept.failed = Some(view);
+        }
+    }
+
     /// Forgets pictures, which were on a device that is lost.
     pub fn forget_pictures(&mut self) {
         for kept in &mut self.kept {
@@ -211,8 +221,8 @@ impl Looks {
     pub fn wants(&self, view: &LookView) -> bool {
         self.is_wiping
             && !view.size.contains(&0)
-            && self.chosen().is_some()
             && self.left(view).is_none()
+            && (self.chosen()).is_some_and(|kept| kept.failed != Some(*view))
     }
 }
 
@@ -300,5 +310,31 @@ mod tests {
         other.put_on(&mut scene);
         assert_eq!((scene.hair.eta, scene.render.size), (1.8, [30, 20]));
         assert_eq!(scene.groom.file.to_str(), Some("a"));
+    }
+
+    #[test]
+    fn a_look_that_cannot_be_drawn_is_tried_again_for_another_view() {
+        let mut looks = Looks::default();
+        let name = looks.keep(Look::of(&Scene::new("a", "b")), None);
+        looks.is_wiping = true;
+        let camera = Camera {
+            eye: glam::Vec3::Z,
+            target: glam::Vec3::ZERO,
+            up: glam::Vec3::Y,
+            fov_y: 0.5,
+        };
+        let view = LookView {
+            camera,
+            size: [40, 30],
+            n_beside_look: 0,
+        };
+        assert!(looks.wants(&view));
+        looks.fail(&name, view);
+        assert!(!looks.wants(&view));
+        let edited = LookView {
+            n_beside_look: 1,
+            ..view
+        };
+        assert!(looks.wants(&edited));
     }
 }

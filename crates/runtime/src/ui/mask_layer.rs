@@ -7,8 +7,8 @@ use strandlight_cpu::DisplayPixels;
 #[derive(Default)]
 pub struct MaskLayer {
     texture: Option<(u64, TextureHandle)>,
-    /// The log was told that it is shown.
-    pub is_noted: bool,
+    /// What the log was told last: whether it is shown, and made for the view that is.
+    pub told: (bool, bool),
 }
 
 impl std::fmt::Debug for MaskLayer {

@@ -5,6 +5,7 @@ use std::path::{Component, Path, PathBuf};
 use egui::{Button, RichText, Ui};
 
 use super::field::Changes;
+use super::fitted::fitted_menu;
 use super::keys::{self, Command, Side};
 use super::questions::Answer;
 use super::settings::Settings;
@@ -53,7 +54,7 @@ pub fn show(
         }
     };
     let has_files = cfg!(not(target_arch = "wasm32"));
-    let file = ui.menu_button("File", |ui| {
+    let file = fitted_menu(ui, "File", |ui| {
         ui.set_min_width(220.0);
         if has_files {
             entry(ui, "Open ...", true, Command::Open);
@@ -90,7 +91,7 @@ pub fn show(
     });
     // What a menu holds is left to submenus where it would not fit into a low window.
     let mut submenus = Vec::new();
-    let view = ui.menu_button("View", |ui| {
+    let view = fitted_menu(ui, "View", |ui| {
         ui.set_min_width(200.0);
         entry(ui, "Frame all hair", true, Command::Frame);
         entry(ui, "Scene's camera", true, Command::Home);
@@ -144,8 +145,8 @@ pub fn show(
         }
         entry(ui, "Panel", true, Command::Panel);
     });
-    changes.place("File menu", &file.response);
-    changes.place("View menu", &view.response);
+    changes.place("File menu", &file);
+    changes.place("View menu", &view);
     for (name, response) in submenus {
         changes.place(name, &response);
     }

@@ -18,9 +18,11 @@ mod commands;
 mod desktop;
 mod document;
 mod field;
+mod fitted;
 mod help;
 #[cfg(target_arch = "wasm32")]
 mod hosted;
+mod in_view;
 mod input;
 mod job;
 mod keys;
@@ -80,12 +82,32 @@ pub fn run(launch: Launch) -> Result<(), Failure> {
         .build()
         .map_err(Failure::Display)?;
     let display = Some(event_loop.owned_display_handle());
+    keep_unsaved_when_interrupted(event_loop.create_proxy());
     let mut app = app::App::new(launch, event_loop.create_proxy(), display);
-    event_loop.run_app(&mut app).map_err(Failure::EventLoop)?;
+    if let Err(error) = event_loop.run_app(&mut app) {
+        app.keep_unsaved();
+        return Err(Failure::EventLoop(error));
+    }
     match app.failure {
         Some(failure) => Err(failure),
         None => Ok(()),
     }
+}
+
+/// How long an interrupt waits for a window that is busy.
+#[cfg(not(target_arch = "wasm32"))]
+const INTERRUPT_PATIENCE: std::time::Duration = std::time::Duration::from_secs(20);
+
+/// The document belongs to the window's thread, which is asked to keep it.
+#[cfg(not(target_arch = "wasm32"))]
+fn keep_unsaved_when_interrupted(proxy: winit::event_loop::EventLoopProxy<app::Sent>) {
+    crate::work::before_interrupted_end(move || {
+        let (tell, answer) = std::sync::mpsc::channel();
+        // A window that is closed has nothing to keep.
+        if proxy.send_event(app::Sent::Interrupted(tell)).is_ok() {
+            let _ = answer.recv_timeout(INTERRUPT_PATIENCE);
+        }
+    });
 }
 
 /// Opens a window in a page's canvas and returns; what ends it is said in the page, which has hold

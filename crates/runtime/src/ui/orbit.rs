@@ -8,6 +8,7 @@ use glam::{Quat, Vec3};
 
 use super::keys::Side;
 use strandlight_scene::Camera;
+use strandlight_scene::strands::Strands;
 
 /// The sphere around the hair, cm.
 #[derive(Clone, Copy, Debug)]
@@ -16,6 +17,16 @@ pub struct Bounds {
     pub centre: Vec3,
     /// Its radius.
     pub radius: f32,
+}
+
+impl Bounds {
+    /// That around `strands`.
+    pub fn of(strands: &Strands) -> Bounds {
+        Bounds {
+            centre: strands.centre,
+            radius: strands.radius,
+        }
+    }
 }
 
 /// Steepest view up or down that a drag leads to, radians.

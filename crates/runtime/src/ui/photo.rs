@@ -140,6 +140,7 @@ impl Photo {
     pub fn show(
         &mut self,
         ctx: &egui::Context,
+        picture: egui::Rect,
         is_open: &mut bool,
         changes: &mut Changes,
     ) -> Option<[f64; 3]> {
@@ -152,9 +153,10 @@ impl Photo {
         let window = egui::Window::new(format!("Reference: {}", self.name))
             .id(egui::Id::unique("photo"))
             .open(is_open)
+            .default_pos(picture.min + egui::vec2(12.0, 12.0))
             .default_size([320.0, 320.0])
             .resizable(true);
-        window.show(ctx, |ui| {
+        let shown = window.show(ctx, |ui| {
             let image = egui::Image::new(texture).max_size(ui.available_size());
             let image = image.maintain_aspect_ratio(true).sense(Sense::click());
             let response = ui.add(image.shrink_to_fit());
@@ -167,6 +169,9 @@ impl Photo {
             let response = response.on_hover_cursor(egui::CursorIcon::Crosshair);
             response.on_hover_text("Click: the dye takes this colour");
         });
+        if let Some(shown) = shown {
+            changes.place("Reference window", &shown.response);
+        }
         picked.map(|at| self.color_at(at))
     }
 

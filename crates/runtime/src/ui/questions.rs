@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use egui::{Modal, RichText, Ui};
+use egui::{RichText, Ui};
 
 use super::asked::Asked;
 use super::field::Changes;
+use super::fitted::fitted_modal;
 use super::picker::{Picked, Picker};
 use super::still::{self, Still};
 use super::theme;
@@ -202,12 +203,12 @@ fn form(
     let mut entered = None;
     let mut is_open = true;
     let room = ui.ctx().content_rect().size();
-    let modal = Modal::new(egui::Id::unique(heading)).show(ui.ctx(), |ui| {
-        ui.set_width((room.x - 48.0).clamp(120.0, 520.0));
+    let modal = fitted_modal(ui, heading, |ui, width| {
+        ui.set_width(width.min(520.0));
         ui.label(RichText::new(heading).strong());
         let focused = ui.memory(egui::Memory::focused);
         let of_options = match &question {
-            Question::Still { .. } => 180.0,
+            Question::Still { .. } => 225.0,
             _ => 0.0,
         };
         let height = (room.y - 210.0 - of_options).clamp(40.0, 300.0);
@@ -268,8 +269,8 @@ fn preset(
     changes: &mut Changes,
 ) -> (Option<Question>, Option<Answer>) {
     let (mut is_entered, mut is_open) = (false, true);
-    let modal = Modal::new(egui::Id::unique("preset name")).show(ui.ctx(), |ui| {
-        ui.set_width(300.0);
+    let modal = fitted_modal(ui, "preset name", |ui, width| {
+        ui.set_width(width.min(300.0));
         ui.label(RichText::new("Save the hair as a preset").strong());
         is_entered =
             ui.input_mut(|input| input.consume_key(egui::Modifiers::NONE, egui::Key::Enter));
@@ -309,12 +310,11 @@ fn choose(
     changes: &mut Changes,
 ) -> Option<usize> {
     let mut chosen = None;
-    let room = ui.ctx().content_rect().width();
-    let modal = Modal::new(egui::Id::unique(id)).show(ui.ctx(), |ui| {
-        ui.set_max_width((room - 48.0).clamp(120.0, 440.0));
+    let modal = fitted_modal(ui, id, |ui, width| {
+        ui.set_max_width(width.min(440.0));
         ui.label(RichText::new(text).strong());
         ui.add_space(8.0);
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             for (ix, name) in buttons.iter().enumerate() {
                 let button = ui.button(*name);
                 changes.place(format!("{name} button"), &button);

@@ -105,21 +105,23 @@ pub fn show(ui: &mut Ui, still: &mut Still, asked: &Asked<'_>, places: &mut Chan
                     }
                 });
             changes.place("Picture size", &combo.response);
-            for (is_exr, name) in [(false, "PNG"), (true, "OpenEXR")] {
-                let help = match is_exr {
-                    false => "As it is displayed, 8 bits a channel",
-                    true => "Linear radiance, 16 or 32 bits a channel",
-                };
-                let choice = ui.selectable_label(still.is_exr() == is_exr, name);
-                changes.place(format!("{name} format"), &choice);
-                if choice.on_hover_text(help).clicked() {
-                    let extension = if is_exr { "exr" } else { "png" };
-                    let path = PathBuf::from(&still.picker.path).with_extension(extension);
-                    still.picker.path = path.display().to_string();
-                }
-            }
         },
     );
+    named(ui, "Format", "What the name of the file ends with", |ui| {
+        for (is_exr, name) in [(false, "PNG"), (true, "OpenEXR")] {
+            let help = match is_exr {
+                false => "As it is displayed, 8 bits a channel",
+                true => "Linear radiance, 16 or 32 bits a channel",
+            };
+            let choice = ui.selectable_label(still.is_exr() == is_exr, name);
+            changes.place(format!("{name} format"), &choice);
+            if choice.on_hover_text(help).clicked() {
+                let extension = if is_exr { "exr" } else { "png" };
+                let path = PathBuf::from(&still.picker.path).with_extension(extension);
+                still.picker.path = path.display().to_string();
+            }
+        }
+    });
     let side = 1.0..=f64::from(MAX_SIDE);
     for (ix, name) in ["Width", "Height"].into_iter().enumerate() {
         let mut value = f64::from(still.size[ix]);

@@ -46,16 +46,19 @@ impl Workspace {
             path.extension()
                 .is_some_and(|x| x.eq_ignore_ascii_case(kind))
         });
-        let refused = match strandlight_formats::check_writable(&path) {
-            _ if !is_known.contains(&true) => Some("the name must end in .png or .exr".to_owned()),
-            Err(error) => Some(format!("{}: cannot be written: {error}", path.display())),
-            Ok(_) => None,
+        let files = still.files();
+        let refused_file = files.iter().find_map(|file| {
+            let error = strandlight_formats::check_writable(file).err()?;
+            Some(format!("{}: cannot be written: {error}", file.display()))
+        });
+        let refused = match is_known.contains(&true) {
+            true => refused_file,
+            false => Some("the name must end in .png or .exr".to_owned()),
         };
         if let Some(refused) = refused {
             self.log.write("error", json!({ "message": refused }));
             return self.ask(asked.failed(refused));
         }
-        let files = still.files();
         let there = files.iter().find(|file| file.symlink_metadata().is_ok());
         if let (Some(there), false) = (there, is_agreed) {
             let path = there.display().to_string();

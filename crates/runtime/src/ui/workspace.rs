@@ -53,7 +53,7 @@ const MOST_ROUGH: u32 = 4;
 pub(super) struct LookJob {
     pub name: String,
     pub view: super::looks::LookView,
-    pub answer: std::sync::mpsc::Receiver<Option<Vec<[u8; 4]>>>,
+    pub answer: std::sync::mpsc::Receiver<Result<Vec<[u8; 4]>, String>>,
 }
 
 /// A window with a scene in it.
@@ -369,10 +369,7 @@ impl Workspace {
             viewer: &self.viewer,
             texture: Some(texture),
             progress: self.progress,
-            bounds: Bounds {
-                centre: strands.centre,
-                radius: strands.radius,
-            },
+            bounds: Bounds::of(strands),
             times: self.times,
             name: self.document.name(),
             job: self.job.as_ref(),
@@ -515,14 +512,16 @@ impl Workspace {
         }
     }
 
-    /// Tells the log once that the mask is shown, and has a frame made where it is another than was laid out.
+    /// Tells the log once how the mask is shown, and has a frame made where it is another than was laid out.
     fn note_mask(&mut self) {
         let version = self.viewer.mask_display().map(|display| display.version);
         let layer = &mut self.state.paint.mask_layer;
         self.is_outdated |= version != layer.version();
-        if std::mem::replace(&mut layer.is_noted, version.is_some()) != version.is_some() {
-            let is_shown = version.is_some();
-            self.log.write("mask", json!({ "is_shown": is_shown }));
+        let (is_shown, is_of_view) = (version.is_some(), self.viewer.is_mask_of_view());
+        let told = (is_shown, is_of_view);
+        if std::mem::replace(&mut layer.told, told) != told {
+            let of_mask = json!({ "is_shown": is_shown, "is_of_view": is_of_view });
+            self.log.write("mask", of_mask);
         }
     }
 

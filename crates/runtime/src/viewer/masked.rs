@@ -4,6 +4,7 @@ use strandlight_scene::RenderError;
 use strandlight_scene::interactive::PictureProgress;
 
 use super::Viewer;
+use crate::mask_view::Below;
 
 impl Viewer {
     /// Shows hair that is protected from brushes tinted, in a layer over the picture, or no longer.
@@ -11,10 +12,16 @@ impl Viewer {
         self.mask_view.set_wanted(is_shown);
     }
 
-    /// The layer, of the size of the picture that is shown: sRGB times alpha. None where it is not wanted, and for a moment
-    /// after the view has changed.
+    /// The layer over the picture that is shown: sRGB times alpha. None where it is not wanted, and before it is known what the
+    /// picture shows; while the view turns it has half as many columns and rows.
     pub fn mask_display(&self) -> Option<strandlight_cpu::DisplayPixels<'_>> {
         self.mask_view.display()
+    }
+
+    /// Is the layer made for the view that is shown? If not, it is that of the view before, moved.
+    #[cfg(feature = "ui")]
+    pub(crate) fn is_mask_of_view(&self) -> bool {
+        self.mask_view.is_of_view()
     }
 
     /// Makes the layer anew where mask or picture changed. It waits for the picture to be shown: until then the view may
@@ -42,7 +49,13 @@ impl Viewer {
             let offsets = &self.session.groom().strand_offsets;
             self.mask_view.take(offsets, picker)?;
         }
-        self.mask_view.tint(number, self.session.mask());
+        let below = Below {
+            number,
+            size,
+            camera: self.renderer.scene().camera,
+            is_shown: progress.is_shown,
+        };
+        self.mask_view.tint(below, self.session.mask());
         Ok(())
     }
 

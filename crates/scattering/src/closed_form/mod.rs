@@ -74,8 +74,9 @@ pub use local_scattering::{direct_local_scattering, local_scattering};
 pub use longitudinal::{Longitudinal, longitudinal};
 pub use mean_cosine::mean_cosine;
 pub use multiple_scattering::{
-    DENSITY_BACK, DENSITY_FORWARD, ForwardLight, ForwardTable, N_FORWARD, TERM_GLOBAL, TERM_LOCAL,
-    TERM_SINGLE, forward_light, forward_table, sample_forward,
+    DENSITY_BACK, DENSITY_BLOCKED, DENSITY_FORWARD, DENSITY_OPEN, ForwardLight, ForwardTable,
+    N_FORWARD, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, forward_light, forward_table, global_density,
+    sample_forward,
 };
 pub use outer_integral::{
     GAUSS_HERMITE, LN_CULL, MAX_NODES, NodePlace, OuterNode, OuterRule, node_constants, node_count,
@@ -90,7 +91,7 @@ pub use painted_averages::{
     average_row, painted_place, sample_averages as sample_painted_averages, sample_painted_forward,
 };
 pub use painted_lobes::{
-    LAYER_MIDDLE, LobeLayer, PaintedDecode, PaintedPointLobes, PaintedView, lobe_layer,
+    LAYER_MIDDLE, LobeLayer, PaintedDecode, PaintedPointLobes, PaintedView, PointLobes, lobe_layer,
     sample_painted_lobes,
 };
 pub use single_scattering::{

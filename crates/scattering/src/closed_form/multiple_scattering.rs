@@ -4,7 +4,7 @@
 //! A point's radiance is, per channel, the sum over the lights of
 //!
 //! ```text
-//! L { T M^S + d_b T Omega M^{L,dir} + d_f (T_f - T) Omega (M^G + d_b M^L) }
+//! L { T M^S + d_b T Omega M^{L,dir} + d_f (T_f - T) Omega (D M^G + d_b M^L) }
 //! ```
 //!
 //! L and Omega being amplitude and solid angle of the light, T its unblocked share and T_f the
@@ -15,7 +15,7 @@
 //! are both for light that has been scattered forward. Only blocked light has been, so no light is
 //! counted twice: T_f - T and not T_f multiplies them (Zinke 2008, Figure 5, adds both). In that
 //! difference both are means over the hair about the point; before M^S and M^{L,dir}, T is the
-//! point's own.
+//! point's own. D is [`global_density`].
 
 use super::averages::{AverageTexel, sample_averages};
 use super::transmittance::{ShadowRecord, forward_events, transmitted};
@@ -24,12 +24,12 @@ use super::transmittance::{ShadowRecord, forward_events, transmitted};
 pub const TERM_SINGLE: u32 = 1;
 /// The terms with d_b: light that comes back out of the hair behind a point.
 pub const TERM_LOCAL: u32 = 2;
-/// d_f (T_f - T) Omega M^G: light that the hair in front of a point scattered on.
+/// d_f (T_f - T) Omega D M^G: light that the hair in front of a point scattered on.
 pub const TERM_GLOBAL: u32 = 4;
 
 /// d_f where a scene says nothing: share of blocked light that goes on forward, 0..=1. With both
-/// densities 1 the mean colour of dual scattering is within 4 % of path tracing's for blond, brown
-/// and dark hair; with Zinke's 0.7 it is 3 to 27 % too dark.
+/// densities 1 the mean colour of dual scattering is within 5 % of path tracing's for blond, brown
+/// and dark hair.
 pub const DENSITY_FORWARD: f32 = 1.0;
 /// d_b where a scene says nothing: share of the hair behind a point that sends light back. 0..=1.
 pub const DENSITY_BACK: f32 = 1.0;
@@ -83,13 +83,28 @@ pub fn sample_forward(table: &ForwardTable, sin_theta: f32) -> ([f32; 3], [f32; 
     )
 }
 
+/// [`global_density`] where all light is blocked.
+pub const DENSITY_BLOCKED: f32 = 0.7;
+/// [`global_density`] where none is.
+pub const DENSITY_OPEN: f32 = 1.65;
+
 /// Light that reaches a point after forward scattering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForwardLight {
     /// T_f - T, 0..=1.
     pub gained: [f32; 3],
+    /// Factor on what global scattering makes of it: [`global_density`] of T.
+    pub density: f32,
     /// Its width in inclination, Xu's, radians: sigma_f^2 = lambda_j^2 + sigma_bar_f^2.
     pub sigma_f: f32,
+}
+
+/// Factor on global scattering where the share `open` of a light, 0..=1, comes unblocked: a straight line in
+/// it, fitted to path tracing (`docs/book/src/theory/dual-scattering.md`). Dual scattering follows straight
+/// lines to the light, while light that hair scatters forward spreads to the sides: more of it comes to hair
+/// near the lit surface, less to hair far behind it.
+pub fn global_density(open: f32) -> f32 {
+    DENSITY_BLOCKED + (DENSITY_OPEN - DENSITY_BLOCKED) * open
 }
 
 /// T_f and T are the record's here, means over the hair about the point, even where the point's own
@@ -121,6 +136,7 @@ pub fn forward_light(
         / (carried[0] + carried[1] + carried[2]);
     ForwardLight {
         gained,
+        density: global_density(record.shares[0]),
         sigma_f: (lambda * lambda + mean).sqrt(),
     }
 }
@@ -159,6 +175,7 @@ mod tests {
     fn an_open_light_gains_nothing_and_keeps_one_event() {
         let forward = forward_light(&record(0.0), [0.9; 3], [0.04; 3], [1e30, 1e-30, 0.0], 0.1);
         assert_eq!(forward.gained, [0.0; 3]);
+        assert!((forward.density - DENSITY_OPEN).abs() < 1e-6);
         assert!((forward.sigma_f - 0.05_f32.sqrt()).abs() < 1e-6);
     }
 
@@ -168,6 +185,8 @@ mod tests {
             for a_f in [0.0, 0.5, 0.999] {
                 let forward = forward_light(&record(tau), [a_f; 3], [0.1; 3], [1.0; 3], 0.2);
                 assert!(forward.gained.iter().all(|x| (0.0..=1.0).contains(x)));
+                let dense = DENSITY_BLOCKED..=DENSITY_OPEN;
+                assert!(dense.contains(&forward.density), "{tau}: {forward:?}");
                 assert!(
                     (0.2..20.0).contains(&forward.sigma_f),
                     "{tau} {a_f}: {forward:?}"

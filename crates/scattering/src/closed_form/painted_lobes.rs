@@ -1,7 +1,7 @@
 //! The lobes of TT and TRT of a fibre whose absorption is painted. Twin:
 //! `shaders/lib/painted_lobes.wgsl`.
 
-use super::lobes::{Lobes, SampleLobes, lobe_place};
+use super::lobes::{LobeDecode, LobeView, Lobes, N_LOBE_NUMBERS, SampleLobes, lobe_place};
 
 /// Absorption in the middle of the layers, as far as those went to infinity.
 pub const LAYER_MIDDLE: f32 = 3.0;
@@ -70,6 +70,61 @@ pub struct PaintedPointLobes<'a> {
     pub view: PaintedView<'a>,
     /// Where the point's channels stand.
     pub layers: [LobeLayer; 3],
+}
+
+/// The same as texels of one fibre: what neighbours share, and what is read more often than there are texels, is made once.
+#[derive(Clone, Debug)]
+pub struct PointLobes {
+    texels: Vec<[f32; N_LOBE_NUMBERS]>,
+    decode: LobeDecode,
+}
+
+impl Default for PointLobes {
+    fn default() -> Self {
+        PointLobes {
+            texels: Vec::new(),
+            decode: bytemuck::Zeroable::zeroed(),
+        }
+    }
+}
+
+impl PointLobes {
+    /// Those of `point` in the place of what they were.
+    pub fn take(&mut self, point: &PaintedPointLobes) {
+        let PaintedPointLobes { view, layers } = point;
+        let width = view.decode.last as usize + 1;
+        self.decode = LobeDecode {
+            warp: view.decode.warp,
+            last: view.decode.last,
+            lambda_scale: 1.0,
+            amplitude_scale: 1.0,
+            ..bytemuck::Zeroable::zeroed()
+        };
+        self.texels.clear();
+        self.texels.resize(width, [0.0; N_LOBE_NUMBERS]);
+        for (texel, shapes) in self.texels.iter_mut().zip(view.shapes) {
+            texel[..7].copy_from_slice(shapes);
+        }
+        for (channel, layer) in layers.iter().enumerate() {
+            let near = &view.amplitudes[width * layer.first as usize..][..width];
+            let far = &view.amplitudes[width * (layer.first as usize + 1)..][..width];
+            let at = 7 + 3 * channel;
+            for (texel, (near, far)) in self.texels.iter_mut().zip(near.iter().zip(far)) {
+                for l in 0..3 {
+                    let between = near[l] + (far[l] - near[l]) * layer.fraction;
+                    texel[at + l] = layer.factor * between;
+                }
+            }
+        }
+    }
+
+    /// As shading samples them.
+    pub fn view(&self) -> LobeView<'_> {
+        LobeView {
+            texels: &self.texels,
+            decode: &self.decode,
+        }
+    }
 }
 
 impl SampleLobes for PaintedPointLobes<'_> {

@@ -20,7 +20,7 @@
 use std::f64::consts::PI;
 
 use super::azimuth::AzimuthRule;
-use super::backscatter::counts;
+use super::backscatter::{bounded_shift, counts};
 use super::event::share_of;
 use super::longitudinal::{full_angle, outgoing};
 use super::table::{N_COLUMNS, N_INCLINATIONS, N_OFFSETS, N_OUTGOING, N_TURNS, REACH, Taps};
@@ -209,7 +209,7 @@ fn push_slice(
             let [a_f, alpha_f, beta_f] = moments(hair, modes.map(|[f, _]| f));
             let [a_b, alpha_b, beta_b] = moments(hair, modes.map(|[_, b]| b));
             let [attenuation, n_f, n_b] = counts(a_f, a_b);
-            let shift = (n_f * alpha_f + n_b * alpha_b) / shift_scale;
+            let shift = bounded_shift(n_f * alpha_f + n_b * alpha_b) / shift_scale;
             let width_2 = (n_f * beta_f + n_b * beta_b) / square;
             slice[layer * width + ix] = [attenuation as f32, shift as f32, width_2 as f32, 0.0];
             forward[layer][ix] = [a_f as f32, (beta_f / square) as f32];

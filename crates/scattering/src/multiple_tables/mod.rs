@@ -18,9 +18,9 @@
 //!
 //! A GPU fills and reads the same tables: [`MultipleSource`] is what it takes.
 //!
-//! Painted points, each of which has a fibre of its own, and global scattering of an elliptic fibre, which
-//! depends on more than the lag, keep the closed form: [`MultipleTables::terms`] says what the tables
-//! serve.
+//! [`PaintedTables`] serve painted points that differ from the scene's fibre in absorption alone. Other painted points,
+//! and global scattering of an elliptic fibre, which depends on more than the lag, keep the closed form:
+//! [`MultipleTables::terms`] says what the tables serve.
 //!
 //! [`global_scattering`]: crate::closed_form::global_scattering()
 //! [`local_scattering`]: crate::closed_form::local_scattering()
@@ -30,6 +30,8 @@ mod axes;
 mod azimuth;
 mod fill;
 mod fill_wide;
+mod painted;
+mod painted_wide;
 mod source;
 mod wide;
 
@@ -45,6 +47,9 @@ use crate::jobs::Job;
 use axes::Axes;
 use azimuth::{LagFunctions, Profiles, Row};
 use fill::{DirectRow, Source};
+pub use painted::{
+    LayerPlace, N_PACKS, Packs, PaintedPlaces, PaintedTables, painted_forward_table,
+};
 pub(crate) use source::LAYOUTS;
 pub use source::{MultipleAxes, MultipleLayout, MultipleSource, ROW_TEXELS};
 

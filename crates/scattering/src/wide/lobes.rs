@@ -3,7 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
-use crate::closed_form::{EVEN_TEXELS, LobeView, N_LOBE_NUMBERS, PaintedPointLobes};
+use crate::closed_form::{EVEN_TEXELS, LobeView, N_LOBE_NUMBERS};
 
 use super::LANES;
 use super::math::{clamp, mul_add};
@@ -11,7 +11,7 @@ use super::rows::{cells, transpose};
 
 /// The three lobes at eight inclinations.
 #[derive(Clone, Copy, Debug)]
-pub struct Lobes<S: Simd> {
+pub(super) struct Lobes<S: Simd> {
     /// Widths.
     pub lambda: [f32x8<S>; 3],
     /// cos(mu/2) of the two pairs.
@@ -24,56 +24,6 @@ pub struct Lobes<S: Simd> {
     pub square: f32x8<S>,
 }
 
-/// Where shading finds the lobes of a mode for eight lanes; of [`crate::closed_form::SampleLobes`].
-pub trait SampleLobes {
-    /// The lobes at `cos_theta_d` >= 0; `eta` is looked at by elliptic fibres alone.
-    fn lobes_at<S: Simd>(&self, eta: f32x8<S>, cos_theta_d: f32x8<S>) -> Lobes<S>;
-}
-
-impl SampleLobes for LobeView<'_> {
-    #[inline(always)]
-    fn lobes_at<S: Simd>(&self, eta: f32x8<S>, cos_theta_d: f32x8<S>) -> Lobes<S> {
-        sample_lobes(self, eta, cos_theta_d)
-    }
-}
-
-/// One lane after the other, by the scalar code: a painted point's lobes are some 30 numbers from six
-/// places.
-impl SampleLobes for PaintedPointLobes<'_> {
-    #[inline(always)]
-    fn lobes_at<S: Simd>(&self, eta: f32x8<S>, cos_theta_d: f32x8<S>) -> Lobes<S> {
-        let simd = eta.token();
-        let etas = <[f32; LANES]>::from(eta);
-        let cosines = <[f32; LANES]>::from(cos_theta_d);
-        let lanes: [_; LANES] = std::array::from_fn(|lane| {
-            crate::closed_form::SampleLobes::lobes_at(self, etas[lane], cosines[lane])
-        });
-        let mut numbers = [[0.0; LANES]; N_LOBE_NUMBERS];
-        for (lane, lobes) in lanes.iter().enumerate() {
-            let [a_0, a_1, a_2] = lobes.amplitude;
-            let row = [lobes.lambda, a_0, a_1, a_2];
-            for (ix, number) in row.as_flattened().iter().enumerate() {
-                numbers[ix][lane] = *number;
-            }
-            for ix in 0..2 {
-                numbers[12 + ix][lane] = lobes.cos_half[ix];
-                numbers[14 + ix][lane] = lobes.sin_half[ix];
-            }
-        }
-        let mut x = [eta; N_LOBE_NUMBERS];
-        for (x, numbers) in x.iter_mut().zip(&numbers) {
-            *x = f32x8::load_array_ref(simd, numbers);
-        }
-        Lobes {
-            lambda: [x[0], x[1], x[2]],
-            cos_half: [x[12], x[13]],
-            sin_half: [x[14], x[15]],
-            amplitude: [[x[3], x[4], x[5]], [x[6], x[7], x[8]], [x[9], x[10], x[11]]],
-            square: f32x8::splat(simd, 1.0),
-        }
-    }
-}
-
 /// [`crate::closed_form::lobe_place`].
 #[inline(always)]
 fn lobe_place<S: Simd>(warp: f32, cos_theta_d: f32x8<S>) -> f32x8<S> {
@@ -84,7 +34,11 @@ fn lobe_place<S: Simd>(warp: f32, cos_theta_d: f32x8<S>) -> f32x8<S> {
 
 /// [`crate::closed_form::sample_lobes`].
 #[inline(always)]
-fn sample_lobes<S: Simd>(view: &LobeView, eta: f32x8<S>, cos_theta_d: f32x8<S>) -> Lobes<S> {
+pub(super) fn sample_lobes<S: Simd>(
+    view: &LobeView,
+    eta: f32x8<S>,
+    cos_theta_d: f32x8<S>,
+) -> Lobes<S> {
     let simd = eta.token();
     let decode = view.decode;
     let u = lobe_place(decode.warp, cos_theta_d);

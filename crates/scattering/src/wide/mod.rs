@@ -22,8 +22,8 @@
 //! The same input gives the same bytes at the same instruction set; sets with a fused multiply-add
 //! round otherwise than those without, which would be 20 % slower there if they did not. Single
 //! scattering of the default hair takes 113 ns a product (a point and a light, all modes) with AVX2 where
-//! one light at a time takes 640, and 194 with SSE2. Painted hair's lobes are found one lane after
-//! the other.
+//! one light at a time takes 640, and 194 with SSE2. A painted point's lobes are
+//! texels of a fibre of its own ([`crate::closed_form::PointLobes`]).
 //!
 //! [`dispatch!`]: macro@crate::wide::dispatch
 
@@ -55,7 +55,6 @@ pub use fearless_simd::{Level, Simd, f32x8, i32x8, mask32x8, prelude};
 pub use dispatch::dispatch;
 pub use frame::{Directions, Place};
 pub use lights::WideLights;
-pub use lobes::{Lobes, SampleLobes};
 pub use multiple_scattering::{
     ForwardAverages, ForwardLights, MOST_DEPTH, ShadowRecords, depths_of_shares, forward_light,
     sample_forward,

@@ -4,7 +4,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
-use crate::closed_form::{ForwardTable, LAST_FORWARD, LEAST_SHARE, P_1, P_2};
+use crate::closed_form::{
+    DENSITY_BLOCKED, DENSITY_OPEN, ForwardTable, LAST_FORWARD, LEAST_SHARE, P_1, P_2,
+};
 
 use super::LANES;
 use super::math::{clamp, exp, ln, mul_add};
@@ -37,6 +39,8 @@ pub fn depths_of_shares<S: Simd>(shares: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
 pub struct ForwardLights<S: Simd> {
     /// T_f - T, 0..=1.
     pub gained: [f32x8<S>; 3],
+    /// Factor on what global scattering makes of it, as there.
+    pub density: f32x8<S>,
     /// Width in inclination, Xu's, radians.
     pub sigma_f: f32x8<S>,
 }
@@ -118,6 +122,12 @@ fn transmitted<S: Simd>(open: f32x8<S>, p: f32x8<S>, reach: f32x8<S>) -> f32x8<S
     exp(-(p / reach)).max(open.min(1.0)).min(1.0)
 }
 
+/// [`crate::closed_form::global_density`].
+#[inline(always)]
+fn global_density<S: Simd>(open: f32x8<S>) -> f32x8<S> {
+    open * (DENSITY_OPEN - DENSITY_BLOCKED) + DENSITY_BLOCKED
+}
+
 /// [`crate::closed_form::forward_light`] of eight lights of colours `rgb`, above 0 in at least one
 /// channel, and bandwidths `lambda`.
 #[inline(always)]
@@ -158,6 +168,7 @@ pub fn forward_light<S: Simd>(
     }
     ForwardLights {
         gained,
+        density: global_density(open),
         sigma_f: (lambda * lambda + mean / carried_sum).sqrt(),
     }
 }
@@ -217,7 +228,7 @@ mod tests {
             }
             let lights = lights(&mut random);
             for (name, level) in levels() {
-                let (gained, sigma_f) = dispatch!(level, simd => {
+                let (gained, density, sigma_f) = dispatch!(level, simd => {
                     let of = |ix: usize| {
                         f32x8::from_fn(simd, |lane| lights.records[lane].shares[ix])
                     };
@@ -233,6 +244,7 @@ mod tests {
                     );
                     (
                         found.gained.map(<[f32; LANES]>::from),
+                        <[f32; LANES]>::from(found.density),
                         <[f32; LANES]>::from(found.sigma_f),
                     )
                 });
@@ -254,6 +266,8 @@ mod tests {
                         worst_gained = worst_gained.max(error / allowed);
                         most = most.max(expected);
                     }
+                    let error = (density[lane] - expected.density).abs();
+                    assert!(error < allowed, "{name} {error} {record:?}");
                     // The width of no light does not matter, and is rounding's.
                     let ratio = sigma_f[lane] / expected.sigma_f;
                     let error = most * (ratio - 1.0).abs();

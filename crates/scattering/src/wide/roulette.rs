@@ -4,8 +4,6 @@ use core::f32::consts::PI;
 
 use crate::closed_form::{DirectionInFrame, LightInFrame, Shading, single_scattering_mode};
 
-use super::lobes::SampleLobes;
-
 /// By mode: places of the lights that it answers to, and about how much.
 pub(super) type Expected = [Vec<(u32, f32)>; 3];
 
@@ -26,7 +24,7 @@ pub struct Peaks(pub(super) [f32; 3]);
 
 impl Peaks {
     /// Of a fibre, by a light that moves around it.
-    pub fn of(shading: &Shading<impl SampleLobes + crate::closed_form::SampleLobes>) -> Peaks {
+    pub fn of(shading: &Shading) -> Peaks {
         const LAMBDA: f32 = 0.15;
         const N_AZIMUTHS: u32 = 12;
         let mut peaks = [0.0f32; 3];

@@ -9,7 +9,6 @@ use super::LANES;
 use super::fisher::fisher_bound;
 use super::frame::{Directions, Place, lags_between};
 use super::lights::WideLights;
-use super::lobes::SampleLobes;
 use super::math::exp;
 use super::outer_integral::outer_bound;
 use super::roulette::Expected;
@@ -42,12 +41,12 @@ impl Seen {
 
 /// Finds the lights' places in the frame and which mode may answer to which.
 #[inline(always)]
-pub(super) fn see<S: Simd, L: SampleLobes>(
+pub(super) fn see<S: Simd>(
     simd: S,
     lights: &WideLights,
     weights: &[f32],
     place: &Place,
-    shading: &Shading<L>,
+    shading: &Shading,
     seen: &mut Seen,
 ) {
     simd.vectorize(

@@ -15,7 +15,7 @@ use super::eccentric::eta_star;
 use super::fisher::{fisher_density, fisher_rules};
 use super::frame::{Lags, Place, cos_view};
 use super::lights::WideLights;
-use super::lobes::SampleLobes;
+use super::lobes::sample_lobes;
 use super::math::{bessel_i0e_fast, cos, sin};
 use super::outer_integral::{OuterRules, outer_rules};
 use super::roulette::Roulette;
@@ -30,12 +30,12 @@ use super::seen::{Seen, see};
 ///
 /// To be called inside [`dispatch!`], around a loop over points.
 #[inline(always)]
-pub fn single_scattering<S: Simd, L: SampleLobes>(
+pub fn single_scattering<S: Simd>(
     simd: S,
     lights: &WideLights,
     weights: &[f32],
     place: &Place,
-    shading: &Shading<L>,
+    shading: &Shading,
     roulette: Option<Roulette>,
     responses: &mut Responses,
 ) {
@@ -119,12 +119,12 @@ impl Responses {
 }
 
 /// [`single_scattering`] at several places; `responses` by place.
-pub fn single_scattering_at<L: SampleLobes>(
+pub fn single_scattering_at(
     level: Level,
     lights: &WideLights,
     weights: &[f32],
     places: &[Place],
-    shading: &Shading<L>,
+    shading: &Shading,
     roulette: Option<Roulette>,
     responses: &mut [Responses],
 ) {
@@ -137,13 +137,13 @@ pub fn single_scattering_at<L: SampleLobes>(
 
 /// [`mode_of_lights`], not inlined further, so that there is one for all callers.
 #[inline(always)]
-fn row<S: Simd, L: SampleLobes>(
+fn row<S: Simd>(
     simd: S,
     mode: usize,
     seen: &Seen,
     places: &[(u32, f32)],
     place: &Place,
-    shading: &Shading<L>,
+    shading: &Shading,
 ) -> [[f32; LANES]; 3] {
     simd.vectorize(
         #[inline(always)]
@@ -163,12 +163,12 @@ fn row<S: Simd, L: SampleLobes>(
 
 /// What a mode scatters of eight lights, linear RGB; R in the first channel alone.
 #[inline(always)]
-fn mode_of_lights<S: Simd, L: SampleLobes>(
+fn mode_of_lights<S: Simd>(
     simd: S,
     mode: usize,
     seen: &[[f32; LANES]; 6],
     place: &Place,
-    shading: &Shading<L>,
+    shading: &Shading,
 ) -> [[f32; LANES]; 3] {
     let view = &place.view;
     let zero = f32x8::splat(simd, 0.0);
@@ -231,7 +231,7 @@ fn mode_of_lights<S: Simd, L: SampleLobes>(
                     (&shading.trt, sin_half, cos_half, eta)
                 }
             };
-            let lobes = lobes.lobes_at(eta, cos_theta_d);
+            let lobes = sample_lobes(lobes, eta, cos_theta_d);
             let value = azimuthal_lobes(kappa, sin_half, cos_half, &lobes);
             for (total, value) in total.iter_mut().zip(value) {
                 *total += factor * value;
@@ -250,13 +250,13 @@ const _: () = assert!(MODE_R == 1, "modes are bits in the order of p");
 /// [`mode_of_lights`] of model `energy`, for `[theta_j, variance_j, kappa_j]` of the lights: N_t is that at
 /// theta_o, the same for all lights and nodes.
 #[inline(always)]
-fn energy_of_lights<S: Simd, L: SampleLobes>(
+fn energy_of_lights<S: Simd>(
     simd: S,
     mode: usize,
     [theta_j, variance_j, kappa_j]: [f32x8<S>; 3],
     lag: &Lags<S>,
     place: &Place,
-    shading: &Shading<L>,
+    shading: &Shading,
 ) -> [[f32; LANES]; 3] {
     let zero = f32x8::splat(simd, 0.0);
     let fibre = shading.fibre;
@@ -292,7 +292,7 @@ fn energy_of_lights<S: Simd, L: SampleLobes>(
                 (&shading.trt, lag.sin_half, lag.cos_half, further)
             }
         };
-        let lobes = lobes.lobes_at(eta, cos_theta_d);
+        let lobes = sample_lobes(lobes, eta, cos_theta_d);
         for [kappa, factor] in nodes[..n_nodes].iter().copied() {
             let value = azimuthal_lobes(kappa, sin_half, cos_half, &lobes);
             let even = bessel_i0e_fast(kappa);

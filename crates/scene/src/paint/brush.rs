@@ -140,8 +140,9 @@ impl Brush {
             ("protect", protect, 0.0, 1.0),
             ("softness", self.softness, 0.0, 1.0),
             ("along_cm", self.along_cm, 0.0, MAX_LENGTH_CM),
-            ("mask.from", self.mask.from, 0.0, 1.0),
             ("mask.to", self.mask.to, 0.0, 1.0),
+            // The other way round it would paint nothing.
+            ("mask.from", self.mask.from, 0.0, self.mask.to),
             ("mask.soft", self.mask.soft, 0.0, 1.0),
         ] {
             if !(min..=max).contains(&value) {
@@ -324,6 +325,10 @@ mod tests {
             ..Brush::default()
         };
         assert_eq!(wrong.validate().unwrap_err().key, "radius_cm");
+        let mut wrong = Brush::default();
+        (wrong.mask.from, wrong.mask.to) = (0.9, 0.1);
+        let error = wrong.validate().unwrap_err().to_string();
+        assert_eq!(error, "brush: mask.from = 0.9 must be in 0..=0.1");
     }
 
     #[test]

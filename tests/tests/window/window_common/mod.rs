@@ -11,7 +11,7 @@ mod shot;
 use std::fmt::Write;
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 pub use desktop::{Desktop, SmallScene};
@@ -473,13 +473,29 @@ impl<'a> View<'a> {
         self.ended();
     }
 
+    /// Sends it a signal that ends it; answers its exit code, and what it said on standard error.
+    pub fn end_by(mut self, signal: &str) -> (Option<i32>, String) {
+        let pid = self.child.id().to_string();
+        self.tool("kill", &[signal, &pid]);
+        let status = self.status();
+        let mut said = String::new();
+        let stderr = self.child.stderr.take();
+        stderr.map(|mut pipe| pipe.read_to_string(&mut said));
+        (status.code(), said)
+    }
+
     /// Waits for the end and asserts that it was a good one.
     pub fn ended(&mut self) {
+        let status = self.status();
+        assert!(status.success(), "{status}");
+    }
+
+    /// Waits for the end.
+    fn status(&mut self) -> ExitStatus {
         let start = Instant::now();
         while start.elapsed() < PATIENCE {
             if let Ok(Some(status)) = self.child.try_wait() {
-                assert!(status.success(), "{status}");
-                return;
+                return status;
             }
             std::thread::sleep(Duration::from_millis(30));
         }

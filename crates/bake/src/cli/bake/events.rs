@@ -212,7 +212,8 @@ impl Observer for Teller {
                     None => String::new(),
                 };
                 let from = if is_cached { ", from the cache" } else { "" };
-                let (name, why) = (item.name(), judgement.why());
+                let name = item.name();
+                let why = judgement.why_beside(&name);
                 self.progress
                     .say(&format!("{name}: {error}{seconds:.2} s{from} ({why})"));
                 self.advance();

@@ -37,6 +37,21 @@ pub fn check_beside(inputs: &[&Path], items: &[Item], outputs: &[&Path]) -> Outc
     check_not_taken(&taken, outputs)
 }
 
+/// Refuses inputs that are not there, which patterns match by themselves.
+pub fn check_inputs(manifest: &Manifest, items: &[Item]) -> Outcome {
+    let missing = items.iter().find_map(|item| {
+        let error = item.input_path()?.metadata().err()?;
+        Some((item, item.input.as_ref()?, error))
+    });
+    let Some((item, input, error)) = missing else {
+        return Ok(());
+    };
+    let (entry, at) = &item.entry;
+    let key = item.kind.input.unwrap_or_default();
+    let what = format!("{entry}.{key}: {}: {error}", input.display());
+    Err(Failure::input(manifest.error(*at, what)))
+}
+
 /// What is known of each item.
 pub fn judge_all(items: &[Item]) -> Vec<(&Item, Judgement)> {
     use rayon::prelude::*;

@@ -6,7 +6,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clap::error::{ContextKind, ContextValue};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{ArgAction, ArgMatches, Args as _, FromArgMatches};
 use serde_json::{Map, Value, json};
 use strandlight_bake::manifest::{
@@ -99,8 +99,8 @@ fn parse(
     for setting in settings {
         let found = keys(&command).find(|(key, _)| *key == setting.key);
         let Some((_, arg)) = found else {
-            let roles = kind.outputs.iter().map(|(role, _)| (*role).to_owned());
-            let known: Vec<String> = keys(&command).map(|(key, _)| key).chain(roles).collect();
+            let names = kind.names().map(str::to_owned);
+            let known: Vec<String> = names.chain(keys(&command).map(|(key, _)| key)).collect();
             let what = unknown_key(&setting.key, known.iter().map(String::as_str));
             return Err((setting.key.clone(), what));
         };
@@ -124,26 +124,97 @@ fn parse(
     );
     match command.clone().try_get_matches_from(words) {
         Ok(matches) => Ok((command, matches)),
-        Err(error) => Err((key_of(&error), in_words(&error))),
+        Err(error) => Err((key_of(&error, outputs), in_words(&error, outputs))),
     }
 }
 
-/// The key that the parser complains about; empty if there is none.
-fn key_of(error: &clap::Error) -> String {
-    let arg = match error.get(ContextKind::InvalidArg) {
-        Some(ContextValue::String(arg)) => arg.clone(),
-        _ => String::new(),
-    };
-    let long = arg.strip_prefix("--").unwrap_or_default();
-    long.split([' ', '='])
-        .next()
-        .unwrap_or_default()
-        .replace('-', "_")
+/// The key of a manifest that stands for an option, `--report`.
+fn key_for(option: &str, outputs: &[(&str, PathBuf)]) -> String {
+    let long = option.trim_start_matches("--");
+    let role = outputs.iter().find(|(role, _)| option_of(role) == long);
+    match role {
+        Some((role, _)) => (*role).to_owned(),
+        None => long.replace('-', "_"),
+    }
 }
 
-fn in_words(error: &clap::Error) -> String {
-    let text = usage(error).to_string();
-    text.trim_end_matches(" (see --help)").to_owned()
+/// Options that the parser names, as keys.
+fn keys_in(error: &clap::Error, kind: ContextKind, outputs: &[(&str, PathBuf)]) -> Vec<String> {
+    let args = match error.get(kind) {
+        Some(ContextValue::String(arg)) => std::slice::from_ref(arg),
+        Some(ContextValue::Strings(args)) => args,
+        _ => &[],
+    };
+    let option = |arg: &String| arg.split([' ', '=']).next().unwrap_or_default().to_owned();
+    let options = args.iter().map(option);
+    let options = options.filter(|option| option.starts_with("--"));
+    options.map(|option| key_for(&option, outputs)).collect()
+}
+
+/// The key that the parser complains about; empty if there is none, or one that is not there.
+fn key_of(error: &clap::Error, outputs: &[(&str, PathBuf)]) -> String {
+    match error.kind() {
+        ErrorKind::MissingRequiredArgument => String::new(),
+        _ => keys_in(error, ContextKind::InvalidArg, outputs)
+            .pop()
+            .unwrap_or_default(),
+    }
+}
+
+/// What the parser says, of keys in place of options.
+fn in_words(error: &clap::Error, outputs: &[(&str, PathBuf)]) -> String {
+    let named = |kind: ContextKind| keys_in(error, kind, outputs).join(", ");
+    match error.kind() {
+        ErrorKind::ArgumentConflict => match named(ContextKind::PriorArg) {
+            others if others.is_empty() => "may be given once".to_owned(),
+            others => format!("cannot be used with {others}"),
+        },
+        ErrorKind::MissingRequiredArgument => {
+            format!("{} is missing", named(ContextKind::InvalidArg))
+        }
+        _ => {
+            let text = usage(error).to_string();
+            let text = text.trim_end_matches(" (see --help)");
+            // The key stands before the message.
+            match text.split_once(" for '--") {
+                Some((start, rest)) => match rest.split_once('\'') {
+                    Some((_, end)) => format!("{start}{end}"),
+                    None => text.to_owned(),
+                },
+                None => text.to_owned(),
+            }
+        }
+    }
+}
+
+/// `text` of a command with the options of an entry of `kind` as keys. Names of files stay, whatever is in them.
+fn with_keys(
+    text: &str,
+    kind: &KindInfo,
+    command: &clap::Command,
+    outputs: &[(&str, PathBuf)],
+) -> String {
+    let of_outputs = kind.outputs.iter().map(|(role, _)| option_of(role));
+    let of_settings = keys(command).filter_map(|(_, arg)| arg.get_long());
+    let options: Vec<&str> = of_settings.chain(of_outputs).collect();
+    let mut said = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once("--") {
+        said.push_str(before);
+        let goes_on = |c: char| c.is_alphanumeric() || "-_/.".contains(c);
+        let end = after.find(|c| !goes_on(c)).unwrap_or(after.len());
+        let (word, after) = after.split_at(end);
+        let starts = |c: char| c.is_whitespace() || "('`".contains(c);
+        if said.chars().next_back().is_none_or(starts) && options.contains(&word) {
+            said.push_str(&key_for(word, outputs));
+        } else {
+            said.push_str("--");
+            said.push_str(word);
+        }
+        rest = after;
+    }
+    said.push_str(rest);
+    said
 }
 
 /// All parameters of an entry by name, with their defaults.
@@ -190,7 +261,7 @@ impl Bakery for Kitchen {
             .collect();
         let input = item.input_path();
         let parsed = parse(&item.kind, input.as_deref(), &outputs, &item.settings);
-        let (_, matches) =
+        let (command, matches) =
             parsed.map_err(|(key, what)| Failure::input(format!("{key}: {what}")))?;
         let progress = quiet(&self.progress, item.name());
         let made = match item.kind.name {
@@ -203,13 +274,18 @@ impl Bakery for Kitchen {
         };
         made.map_err(|failure| match failure {
             cli::Failure::Transient(what) => Failure::transient(what),
-            failure => Failure::input(failure),
+            failure => Failure::input(with_keys(
+                &failure.to_string(),
+                &item.kind,
+                &command,
+                &outputs,
+            )),
         })
     }
 }
 
 fn args_of<T: FromArgMatches>(matches: &ArgMatches) -> Result<T, Failure> {
-    T::from_arg_matches(matches).map_err(|error| Failure::input(in_words(&error)))
+    T::from_arg_matches(matches).map_err(|error| Failure::input(in_words(&error, &[])))
 }
 
 fn figures(pairs: Value) -> Map<String, Value> {
@@ -321,10 +397,45 @@ mod tests {
     }
 
     #[test]
+    fn options_are_said_as_keys_and_file_names_as_they_are() {
+        let [lights, groom, tables] = KINDS;
+        let report = [("page", PathBuf::from("a.html"))];
+        for (kind, text, expected) in [
+            (
+                groom,
+                "/shots/sky--unit/a.abc: what is --unit",
+                "/shots/sky--unit/a.abc: what is unit",
+            ),
+            (
+                groom,
+                "a --unit/b.abc: is empty",
+                "a --unit/b.abc: is empty",
+            ),
+            (groom, "a --unit.abc: is empty", "a --unit.abc: is empty"),
+            (groom, "wrong (see --help)", "wrong (see --help)"),
+            (
+                lights,
+                "--max-error 0.1 is not met: '--count', (--suns) or `--no-report`",
+                "max_error 0.1 is not met: 'count', (suns) or `no_report`",
+            ),
+            (lights, "--report and --output", "page and output"),
+            (tables, "--report", "--report"),
+        ] {
+            let said = with_keys(text, &kind, &command(&kind), &report);
+            assert_eq!(said, expected);
+        }
+    }
+
+    #[test]
     fn bad_settings_are_blamed_on_their_key() {
         let [lights, groom, tables] = KINDS;
         for (kind, key, value, needle) in [
-            (lights, "count", "0", "not a number from 1 to 1024"),
+            (
+                lights,
+                "count",
+                "0",
+                "invalid value '0': not a number from 1 to 1024",
+            ),
             (lights, "cuont", "4", "unknown; did you mean count?"),
             (lights, "json", "true", "unknown"),
             (lights, "no_report", "4", "must be true or false"),
@@ -339,7 +450,28 @@ mod tests {
         ] {
             let (blamed, what) = resolve(&entry(kind, &[(key, value)])).expect_err(key);
             assert_eq!(blamed, key);
-            assert!(what.contains(needle), "{key}: {what}");
+            assert!(
+                what.contains(needle) && !what.contains("--"),
+                "{key}: {what}"
+            );
         }
+        let mut page = entry(lights, &[("no_report", "true")]);
+        page.outputs
+            .extend(entry(lights, &[]).outputs.pop().map(|out| Setting {
+                key: "page".to_owned(),
+                ..out
+            }));
+        let blamed = resolve(&page).expect_err("two that exclude each other");
+        assert_eq!(
+            blamed,
+            (
+                "page".to_owned(),
+                "cannot be used with no_report".to_owned()
+            )
+        );
+        let blamed = resolve(&entry(lights, &[("suns", "2")])).expect_err("half of it");
+        assert_eq!(blamed, (String::new(), "residual is missing".to_owned()));
+        let (_, known) = resolve(&entry(lights, &[("frizzle", "2")])).expect_err("unknown");
+        assert!(known.contains("known are map, out, report, "), "{known}");
     }
 }

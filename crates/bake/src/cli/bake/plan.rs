@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use strandlight_bake::manifest::{Farm, Job, farm_job};
 
 use super::exit::write;
-use super::items::{check_beside, read};
+use super::items::{check_beside, check_inputs, read};
 use crate::cli::{Failure, Outcome};
 
 /// Items of a shard, where their number is not given: minutes of work, not seconds.
@@ -13,6 +13,41 @@ const ITEMS_A_SHARD: usize = 100;
 
 /// Most tasks of a job.
 const MAX_SHARDS: u32 = 100_000;
+
+/// Image with the program.
+const IMAGE: &str = concat!("strandlight:", env!("CARGO_PKG_VERSION"));
+
+/// The name of a claim, which Kubernetes has to take.
+fn claim(name: &str) -> Result<String, String> {
+    let is_end = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit();
+    let is_part = |part: &str| {
+        part.starts_with(is_end)
+            && part.ends_with(is_end)
+            && part.chars().all(|c| is_end(c) || c == '-')
+    };
+    match name.len() <= 253 && name.split('.').all(is_part) {
+        true => Ok(name.to_owned()),
+        false => Err(
+            "not a name of Kubernetes: small letters, digits and hyphens, as in hair-assets"
+                .to_owned(),
+        ),
+    }
+}
+
+/// Refuses what Kubernetes would not take.
+fn check_k8s(job: &Job) -> Outcome {
+    let folder = &job.folder;
+    let refused = |text: String| Err(Failure::Input(text));
+    if !folder.starts_with('/') || folder.contains(':') {
+        return refused(format!(
+            "--folder {folder}: Kubernetes mounts a claim at a path from the root without colons, as /assets"
+        ));
+    }
+    if job.image.is_empty() || job.image.contains(char::is_whitespace) {
+        return refused(format!("--image '{}': not the name of an image", job.image));
+    }
+    Ok(())
+}
 
 /// Write a job for a scheduler: one task for each shard of the items
 ///
@@ -43,8 +78,8 @@ pub struct Args {
     #[arg(long = "threads-per-task", value_name = "N", default_value_t = 4,
         value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: u16,
-    /// Folder in which tasks start [default: the current one; /assets for --k8s]
-    #[arg(long, value_name = "DIR")]
+    /// Folder in which tasks start, for --slurm and --k8s [default: the current one; /assets for --k8s]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["openjd", "commands"])]
     folder: Option<String>,
     /// The program, as the machines of the farm know it
     #[arg(long, value_name = "PATH", default_value = "strandlight")]
@@ -52,12 +87,12 @@ pub struct Args {
     /// Cache that the tasks share
     #[arg(long, value_name = "DIR")]
     cache: Option<String>,
-    /// Container image, for --k8s
-    #[arg(long, default_value = concat!("strandlight:", env!("CARGO_PKG_VERSION")))]
-    image: String,
-    /// Persistent volume claim that is mounted at the folder, for --k8s
-    #[arg(long, default_value = "assets")]
-    claim: String,
+    #[arg(long, conflicts_with_all = ["slurm", "openjd", "commands"],
+        help = format!("Container image, for --k8s [default: {IMAGE}]"))]
+    image: Option<String>,
+    /// Persistent volume claim that is mounted at the folder, for --k8s [default: assets]
+    #[arg(long, conflicts_with_all = ["slurm", "openjd", "commands"], value_parser = claim)]
+    claim: Option<String>,
     /// File to write
     #[arg(short, long, value_name = "FILE", default_value = "-")]
     output: PathBuf,
@@ -69,8 +104,9 @@ pub fn run(args: &Args) -> Outcome {
         let what = "tasks have no standard input: name the manifest's file";
         return Err(Failure::file(&args.manifest, what));
     }
-    let (_, items) = read(&args.manifest)?;
+    let (manifest, items) = read(&args.manifest)?;
     check_beside(&[&args.manifest], &items, &[&args.output])?;
+    check_inputs(&manifest, &items)?;
     let farm = match (args.slurm, args.openjd, args.k8s) {
         (true, _, _) => Farm::Slurm,
         (_, true, _) => Farm::OpenJd,
@@ -98,8 +134,11 @@ pub fn run(args: &Args) -> Outcome {
         shards: args.shards.unwrap_or(by_items),
         threads: args.threads,
         options: cache.map(|folder| format!("--cache={folder}")).collect(),
-        image: args.image.clone(),
-        claim: args.claim.clone(),
+        image: args.image.clone().unwrap_or_else(|| IMAGE.to_owned()),
+        claim: args.claim.clone().unwrap_or_else(|| "assets".to_owned()),
     };
+    if farm == Farm::Kubernetes {
+        check_k8s(&job)?;
+    }
     write(&args.output, &farm_job(farm, &job))
 }

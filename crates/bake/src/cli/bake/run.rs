@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use strandlight_formats::counted;
 
 use serde_json::{Value, json};
-use strandlight_bake::manifest::{self, Cache, Item, RunOptions, Summary, depfile};
+use strandlight_bake::manifest::{self, Cache, Item, Judgement, RunOptions, Summary, depfile};
 use strandlight_scene::progress::timed;
 
 use super::events::{Events, Teller};
@@ -155,9 +156,13 @@ fn outcome(summary: &Summary, n_items: usize, path: &Path, args: &RunArgs) -> Ou
     let what = match args.keep_going {
         true => {
             let n = failed.len();
-            format!("{}: {n} of {n_items} items failed", path.display())
+            let of = counted(n_items, "item", "items");
+            format!("{}: {n} of {of} failed", path.display())
         }
-        false => format!("{name}: {failure}; {} items left", summary.left),
+        false => match summary.left {
+            0 => format!("{name}: {failure}"),
+            left => format!("{name}: {failure}; {} left", counted(left, "item", "items")),
+        },
     };
     Err(in_exit_codes(manifest::Failure {
         what,
@@ -206,7 +211,8 @@ fn dry_run(items: &[Item], args: &RunArgs) -> Outcome {
         .iter()
         .filter(|(_, judgement)| args.force || !judgement.is_done());
     if args.json {
-        return print_line(format_args!("{:#}", json!({ "items": rows(stale) })));
+        print_line(format_args!("{:#}", json!({ "items": rows(stale) })))?;
+        return readable(&judged);
     }
     let mut n = 0;
     for (item, judgement) in stale {
@@ -214,10 +220,26 @@ fn dry_run(items: &[Item], args: &RunArgs) -> Outcome {
         let why = match (judgement.is_done(), &judgement.fingerprint) {
             (_, Err(failure)) => failure.what.clone(),
             (true, _) => "--force".to_owned(),
-            (false, _) => judgement.why(),
+            (false, _) => judgement.why_beside(&item.name()),
         };
         print_line(format_args!("{}: {why}", item.name()))?;
     }
     let done = items.len() - n;
-    print_line(format_args!("{n} to make, {done} up to date"))
+    print_line(format_args!("{n} to make, {done} up to date"))?;
+    readable(&judged)
+}
+
+/// Refuses what no run could make: an input that cannot be read.
+fn readable(judged: &[(&Item, Judgement)]) -> Outcome {
+    let failed = judged.iter().find_map(|(item, judgement)| {
+        let failure = judgement.fingerprint.as_ref().err()?;
+        Some((item, failure))
+    });
+    match failed {
+        None => Ok(()),
+        Some((item, failure)) => Err(in_exit_codes(manifest::Failure {
+            what: format!("{}: {failure}", item.name()),
+            is_transient: failure.is_transient,
+        })),
+    }
 }

@@ -36,7 +36,11 @@ pub fn run(args: &Args) -> Outcome {
         let state = judgement.state();
         let count = counts.iter_mut().find(|(other, _)| *other == state);
         count.into_iter().for_each(|(_, n)| *n += 1);
-        let why = match judgement.failure.clone().unwrap_or_else(|| judgement.why()) {
+        let why = match judgement
+            .failure
+            .clone()
+            .unwrap_or_else(|| judgement.why_beside(&item.name()))
+        {
             why if why.is_empty() => why,
             why => format!(": {why}"),
         };

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
-use strandlight_formats::Scene;
+use strandlight_formats::{Scene, counted};
 use strandlight_lab::bench::converge::{
     ConvergeError, Convergences, Options, converge, figure, n_steps,
 };
@@ -117,10 +117,13 @@ fn print_converge(path: &Path, found: &Convergences) -> Outcome {
     };
     let seconds = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.1}"));
     print_line(format_args!(
-        "{}: {strands} strands, {points} points, {lights} lights, {} scattering, {width}x{height}, {} seeds",
+        "{}: {}, {}, {}, {} scattering, {width}x{height}, {}",
         path.display(),
+        counted(strands, "strand", "strands"),
+        counted(points, "point", "points"),
+        counted(lights, "light", "lights"),
         found.scattering.name(),
-        found.seeds
+        counted(found.seeds, "seed", "seeds")
     ))?;
     print_line(format_args!(
         "  fast picture: {}, {} core-s; noise of the truth {}, taken out",

@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde_json::{Value, json};
 use strandlight_bake::scenes::PaperScene;
-use strandlight_formats::Scene;
+use strandlight_formats::{Scene, counted};
 use strandlight_lab::bench::cpu_frames::{
     self, HAIR_EDITS, PictureCost, SceneCosts, n_pictures, n_window_pictures, scene_costs,
 };
@@ -130,7 +130,12 @@ pub fn run(args: &Args) -> Outcome {
         }
         documents.push(document);
     }
-    let on_cpu = || format!("cpu: {} threads", rayon::current_num_threads());
+    let on_cpu = || {
+        format!(
+            "cpu: {}",
+            counted(rayon::current_num_threads(), "thread", "threads")
+        )
+    };
     if !args.json {
         return print_table_2(&documents);
     }
@@ -142,18 +147,28 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 /// The options that runs of `--against` have.
-fn options_of(args: &Args) -> Vec<OsString> {
-    let mut options = vec!["--repetitions".into(), args.repetitions.to_string().into()];
-    if args.backend == BackendArg::Gpu {
-        options.extend(["--backend".into(), "gpu".into()]);
+fn options_of(args: &Args) -> against::Options {
+    let gpu = args.backend == BackendArg::Gpu;
+    let kept = match gpu {
+        true => vec!["--backend".into(), "gpu".into()],
+        false => Vec::new(),
+    };
+    let costly = |repetitions: u32, size: Option<[u32; 2]>, samples: Option<u32>| {
+        let mut options: Vec<OsString> =
+            vec!["--repetitions".into(), repetitions.to_string().into()];
+        if let Some([width, height]) = size {
+            options.extend(["--size".into(), format!("{width}x{height}").into()]);
+        }
+        if let Some(samples) = samples {
+            options.extend(["--samples".into(), samples.to_string().into()]);
+        }
+        options
+    };
+    against::Options {
+        kept,
+        costly: costly(args.repetitions, args.size, args.samples),
+        least: costly(1, Some([16; 2]), args.samples.map(|_| 1)),
     }
-    if let Some([width, height]) = args.size {
-        options.extend(["--size".into(), format!("{width}x{height}").into()]);
-    }
-    if let Some(samples) = args.samples {
-        options.extend(["--samples".into(), samples.to_string().into()]);
-    }
-    options
 }
 
 /// What Table 2 has of a scene, and our frames a second after the slowest edit of the hair over the
@@ -267,9 +282,9 @@ fn in_window(args: &Args, path: &Path, scene: &Scene) -> Result<Value, Failure> 
     })?;
     if !args.json {
         print_line(format_args!(
-            "{}: cpu: {} threads, in a window\n  {:20} {:>10} {:>7} {:>10} {:>8} {:>10} {:>10}",
+            "{}: cpu: {}, in a window\n  {:20} {:>10} {:>7} {:>10} {:>8} {:>10} {:>10}",
             path.display(),
-            rayon::current_num_threads(),
+            counted(rayon::current_num_threads(), "thread", "threads"),
             "",
             "shown, ms",
             "off, %",
@@ -356,12 +371,12 @@ fn print_estimates(costs: &SceneCosts, estimates: &[Estimate]) -> Outcome {
 fn print_costs(path: &Path, costs: &SceneCosts) -> Outcome {
     let stats = &costs.stats;
     print_line(format_args!(
-        "{}: {}: {} strands, {} points, {} lights, {}x{}",
+        "{}: {}: {}, {}, {}, {}x{}",
         path.display(),
         stats.backend,
-        stats.strands,
-        stats.points,
-        stats.lights,
+        counted(stats.strands, "strand", "strands"),
+        counted(stats.points, "point", "points"),
+        counted(stats.lights, "light", "lights"),
         costs.size[0],
         costs.size[1],
     ))?;
@@ -396,7 +411,7 @@ fn print_costs(path: &Path, costs: &SceneCosts) -> Outcome {
         });
         print_line(format_args!(
             "  {:20} {:10.1} {:8.2} {}{ratio}{error}",
-            format!("{} samples", samples.samples),
+            counted(samples.samples, "sample", "samples"),
             samples.milliseconds,
             1e3 / samples.milliseconds,
             shown(samples.core_seconds),
@@ -449,12 +464,12 @@ fn print_frames(
     costs: &[FrameCost],
 ) -> Outcome {
     print_line(format_args!(
-        "{}: {}: {} strands, {} points, {} lights, {}x{}",
+        "{}: {}: {}, {}, {}, {}x{}",
         path.display(),
         context.adapter_name,
-        prepared.strands.n_strands,
-        prepared.strands.points.len(),
-        prepared.lights.len(),
+        counted(prepared.strands.n_strands, "strand", "strands"),
+        counted(prepared.strands.points.len(), "point", "points"),
+        counted(prepared.lights.len(), "light", "lights"),
         prepared.size[0],
         prepared.size[1],
     ))?;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
-use strandlight_formats::Scene;
+use strandlight_formats::{Scene, counted};
 use strandlight_lab::bench::peers::{Options, Peers, PeersError, n_steps, peers};
 use strandlight_runtime::options::parse_size;
 use strandlight_scene::RenderError;
@@ -101,8 +101,11 @@ fn print_peers(path: &Path, found: &Peers) -> Outcome {
     let [strands, points, lights] = found.counts;
     let [width, height] = found.size;
     print_line(format_args!(
-        "{}: {strands} strands, {points} points, {lights} lights, {width}x{height}, single scattering",
+        "{}: {}, {}, {}, {width}x{height}, single scattering",
         path.display(),
+        counted(strands, "strand", "strands"),
+        counted(points, "point", "points"),
+        counted(lights, "light", "lights"),
     ))?;
     let brute = &found.brute_force;
     print_line(format_args!(
@@ -149,7 +152,10 @@ fn print_peers(path: &Path, found: &Peers) -> Outcome {
     )?;
     for point in &brute.points {
         line(
-            &format!("brute force: {} rays per sample", brute.rays),
+            &format!(
+                "brute force: {} per sample",
+                counted(brute.rays, "ray", "rays")
+            ),
             Some(f64::from(point.samples)),
             Some(point.relative_rmse),
             point.core_seconds,

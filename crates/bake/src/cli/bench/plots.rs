@@ -25,7 +25,7 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let folder = &args.output;
-    output_folder(folder)?;
+    let _new = output_folder(folder)?;
     let figures = figures(&method_tables()?).map_err(Failure::input)?;
     let paths: Vec<[PathBuf; 2]> = figures
         .iter()

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use strandlight_lab::bench::{Cost, Frontier, FrontierError, Method, Options, SUM_NAMES, Set};
 use strandlight_render::gpu::GpuError;
+use strandlight_runtime::work::NewFolders;
 use strandlight_scene::progress::timed;
 
 use super::method_tables::method_tables;
@@ -95,9 +96,10 @@ const FILES: [&str; 3] = ["single.csv", "single.json", "single.svg"];
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
-    let paths = match &args.output {
-        Some(folder) => output_paths(folder)?,
-        None => Vec::new(),
+    // A new folder would go at once if nobody held it.
+    let (_new, paths) = match &args.output {
+        Some(folder) => output_paths(folder).map(|(new, paths)| (Some(new), paths))?,
+        None => (None, Vec::new()),
     };
     let (frontier, seconds) = timed(|| measure(args));
     let frontier = frontier?;
@@ -119,12 +121,12 @@ pub fn run(args: &Args) -> Outcome {
 }
 
 /// Makes the folder and checks that the files can be written there.
-fn output_paths(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    output_folder(folder)?;
+fn output_paths(folder: &Path) -> Result<(NewFolders, Vec<PathBuf>), Failure> {
+    let new = output_folder(folder)?;
     let paths = FILES.map(|name| folder.join(name));
     let [csv, json, svg] = &paths;
     check_outputs(&[], &[csv, json, svg])?;
-    Ok(paths.to_vec())
+    Ok((new, paths.to_vec()))
 }
 
 fn measure(args: &Args) -> Result<Frontier, Failure> {

@@ -3,7 +3,7 @@
 use crate::cli::progress::progress;
 use std::path::PathBuf;
 
-use strandlight_formats::Scene;
+use strandlight_formats::{Scene, counted};
 use strandlight_lab::bench::{CLASS_NAMES, ShareErrors, TransmittanceOptions, run_transmittance};
 use strandlight_lab::transmittance::Method;
 use strandlight_scene::PreparedScene;
@@ -76,10 +76,10 @@ pub fn run(args: &Args) -> Outcome {
         return print_line(found.to_json());
     }
     print_line(format_args!(
-        "{} points, {} lights; truth by {} rays a lobe: {:.0} s, its noise in T {:.3}",
-        options.n_points,
-        scene.lights.len(),
-        options.n_rays,
+        "{}, {}; truth by {} a lobe: {:.0} s, its noise in T {:.3}",
+        counted(options.n_points, "point", "points"),
+        counted(scene.lights.len(), "light", "lights"),
+        counted(options.n_rays, "ray", "rays"),
         found.truth_seconds,
         found.noise
     ))?;

@@ -4,15 +4,16 @@ use std::path::PathBuf;
 
 use serde_json::{Value, json};
 use strandlight_bake::grooms::{Finding, check, finding_of_error};
-use strandlight_formats::{BakedFile, Error, Groom, ImportOptions, SourceFile};
+use strandlight_formats::{BakedFile, Error, Groom, ImportOptions, SourceFile, counted};
 
+use super::doubts::odd_size;
 use super::source::is_groom;
 use crate::cli::{Failure, Outcome, print_line};
 
 /// Look for what is commonly wrong with hair: unit, guides, widths, root order, broken strands
 ///
 /// Reads a .groom or any hair file, in the unit and axis that it states or its format implies. Exits with
-/// 1 if something is found, with 2 if the file cannot be read as hair.
+/// 1 if something is found, also that the file is damaged, with 2 if it is missing or no file of hair.
 #[derive(clap::Args)]
 pub struct Args {
     /// .groom or hair file of another program, - for standard input
@@ -31,10 +32,13 @@ struct Read {
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let Read { format, groom } = read(args)?;
-    let (counts, findings) = match groom {
-        Ok(groom) => (Some([groom.n_strands(), groom.points.len()]), check(&groom)),
+    let (counts, findings, note) = match groom {
+        Ok(groom) => {
+            let counts = [groom.n_strands(), groom.points.len()];
+            (Some(counts), check(&groom), odd_size(&groom))
+        }
         Err(error) => match finding_of_error(&error) {
-            Some(finding) => (None, vec![finding]),
+            Some(finding) => (None, vec![finding], None),
             None => return Err(Failure::input(error)),
         },
     };
@@ -47,10 +51,13 @@ pub fn run(args: &Args) -> Outcome {
             "points": counts.map(|[_, points]| points),
             "passed": findings.is_empty(),
             "findings": findings.iter().map(document).collect::<Vec<_>>(),
+            "notes": note.iter().collect::<Vec<_>>(),
         }))?;
     } else {
-        let counts =
-            counts.map(|[strands, points]| format!(", {strands} strands, {points} points"));
+        let counts = counts.map(|[strands, points]| {
+            let strands = counted(strands, "strand", "strands");
+            format!(", {strands}, {}", counted(points, "point", "points"))
+        });
         let word = if findings.is_empty() { "ok" } else { "FOUND" };
         print_line(format_args!(
             "{name}: {format}{}, {word}",
@@ -67,6 +74,9 @@ pub fn run(args: &Args) -> Outcome {
             let first = first_strand.map(|ix| format!(" (first: strand {ix})"));
             let first = first.unwrap_or_default();
             print_line(format_args!("  {code}: {message}{first}; {advice}"))?;
+        }
+        if let Some(note) = note {
+            print_line(format_args!("  note: {note}"))?;
         }
     }
     if findings.is_empty() {

@@ -14,6 +14,17 @@ pub fn doubts(groom: &Groom, drawn: DiameterRange) -> Vec<String> {
     lines
 }
 
+/// Extents of most grooms, cm.
+const USUAL_CM: std::ops::RangeInclusive<f32> = 10.0..=200.0;
+
+/// That imported hair is of a size that few grooms have, where nothing is worse.
+pub fn odd_size(groom: &Groom) -> Option<String> {
+    let size = groom.size();
+    let is_odd = groom.source.is_imported() && !USUAL_CM.contains(&size);
+    let is_worst = is_odd && doubts(groom, groom.diameter_range()).is_empty();
+    is_worst.then(|| format!("the groom is {size:.1} cm large; is --unit right?"))
+}
+
 /// Says on stderr what seems wrong with unit, axes and thickness of the hair that `scene` draws. A
 /// groom that cannot be read is for the renderer to refuse.
 pub fn note_doubts(scene: &Scene) {

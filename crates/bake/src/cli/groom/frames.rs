@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
-use strandlight_formats::Groom;
+use strandlight_formats::{Groom, counted};
 
 use super::source::Source;
 use super::target::Target;
@@ -67,8 +67,8 @@ impl FrameRange {
             _ => self.first.to_string(),
         };
         let what = match n {
-            1 => format!("frame {wanted} is not there: the hair does not move"),
-            _ => format!("frame {wanted} is not there: it has frames 0..{}", end - 1),
+            1 => format!("it has no frame {wanted}: the hair does not move"),
+            _ => format!("it has frames 0..{}, not {wanted}", end - 1),
         };
         Err(Failure::file(path, what))
     }
@@ -180,10 +180,10 @@ fn check_strands(groom: &Groom, first: &[u32], frame: u32, path: &Path) -> Outco
         return Ok(());
     }
     let what = format!(
-        "frame {frame} has {} strands and {} points, or other points in its strands, and the first \
+        "frame {frame} has {} and {}, or other points in its strands, and the first \
          frame {} and {}; strands must not change while they move",
-        groom.n_strands(),
-        groom.points.len(),
+        counted(groom.n_strands(), "strand", "strands"),
+        counted(groom.points.len(), "point", "points"),
         first.len() - 1,
         first[first.len() - 1]
     );
@@ -234,8 +234,8 @@ mod tests {
         assert_eq!(range("..").of(2, path).unwrap(), [0, 1]);
         assert_eq!(FrameRange::one(0).of(1, path).unwrap(), [0]);
         for (range, n, needle) in [
-            (range("0..5"), 5, "0..5 is not there: it has frames 0..4"),
-            (range("7.."), 5, "frame 7 is not there"),
+            (range("0..5"), 5, "it has frames 0..4, not 0..5"),
+            (range("7.."), 5, "it has frames 0..4, not 7"),
             (FrameRange::one(1), 1, "does not move"),
         ] {
             let error = range.of(n, path).unwrap_err().to_string();

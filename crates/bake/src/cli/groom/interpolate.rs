@@ -3,6 +3,7 @@
 use strandlight_bake::grooms::{
     InterpolateSpec, Interpolated, MAX_POINTS_PER_STRAND, MAX_STRANDS, interpolate,
 };
+use strandlight_formats::counted;
 
 use super::source::EditArgs;
 use super::target::{Target, Wish};
@@ -52,6 +53,7 @@ pub fn run(args: &Args) -> Outcome {
         true => "roots, closest guides and weights of the file",
         false => "guides with neighbouring roots",
     };
-    note!("{}: {n_guides} guides; by {how}", input.display());
+    let guides = counted(n_guides, "guide", "guides");
+    note!("{}: {guides}; by {how}", input.display());
     target.write(&groom, output)
 }

@@ -7,10 +7,10 @@ use clap::ValueEnum;
 use strandlight_bake::grooms::{dye_from_color, guides, subset, turn_strands, turned_strands};
 use strandlight_formats::{
     BakedFile, Error, FileKind, Groom, Guess, Guesses, ImportOptions, Kind, NoteKind, SNIFF_BYTES,
-    SourceFile, StatedBy, UpAxis, read_start,
+    SourceFile, StatedBy, UpAxis, counted, read_start,
 };
 
-use super::doubts::doubts;
+use super::doubts::{doubts, odd_size};
 use super::kept::note_kept;
 use super::units::{Unit, Up, parse_unit, unit_names, unit_text};
 use crate::cli::{Failure, note};
@@ -185,12 +185,8 @@ impl<'a> Source<'a> {
             }
         }
         let mut groom = import.groom;
-        let doubts = doubts(&groom, groom.diameter_range());
-        let size = groom.size();
-        if doubts.is_empty() && !(10.0..=200.0).contains(&size) {
-            lines.push(format!("the groom is {size:.1} cm large; is --unit right?"));
-        }
-        lines.extend(doubts);
+        lines.extend(odd_size(&groom));
+        lines.extend(doubts(&groom, groom.diameter_range()));
         finish(&mut groom, self.args, self.path, &mut lines, &mut dropped)?;
         if says {
             note!("{}: {taken}", self.path.display());
@@ -235,9 +231,10 @@ fn finish(
         turn_strands(groom, &turned).map_err(Failure::input)?;
         if !turned.is_empty() {
             lines.push(format!(
-                "--root auto: {} of {} strands ran from tip to root and were turned",
+                "--root auto: {} of {} ran from tip to root and {} turned",
                 turned.len(),
-                groom.n_strands()
+                counted(groom.n_strands(), "strand", "strands"),
+                if turned.len() == 1 { "was" } else { "were" }
             ));
         }
     }
@@ -273,8 +270,9 @@ fn use_guides(
     let n_guides = is_guide.iter().filter(|&&is_guide| is_guide).count();
     if n_guides == n {
         lines.push(format!(
-            "{n} curves, all guides: the hair itself is not in the file; `strandlight groom \
-             interpolate` makes strands of them"
+            "{}, all guides: the hair itself is not in the file; `strandlight groom \
+             interpolate` makes strands of them",
+            counted(n, "curve", "curves")
         ));
         return Ok(());
     }
@@ -286,11 +284,15 @@ fn use_guides(
             return Ok(());
         }
         GuideUse::Drop => {
-            dropped.push(format!("{n_guides} guides (--guides keep)"));
+            dropped.push(counted(n_guides, "guide", "guides") + " (--guides keep)");
             false
         }
         GuideUse::Only => {
-            dropped.push(format!("{} strands that are no guides", n - n_guides));
+            dropped.push(counted(
+                n - n_guides,
+                "strand that is no guide",
+                "strands that are no guides",
+            ));
             true
         }
     };

@@ -1,6 +1,7 @@
 //! `strandlight groom stats`.
 
 use std::path::PathBuf;
+use strandlight_formats::counted;
 
 use serde_json::{Value, json};
 use strandlight_bake::grooms::{AttributeRange, GroomStats, Spread, stats};
@@ -67,7 +68,11 @@ fn lines(stats: &GroomStats) -> Vec<String> {
     let (min, max) = (stats.min, stats.max);
     let size = [0, 1, 2].map(|axis: usize| format!("{:.2}", max[axis] - min[axis]));
     let mut lines = vec![
-        format!("{} strands, {} points", stats.strands, stats.points),
+        format!(
+            "{}, {}",
+            counted(stats.strands, "strand", "strands"),
+            counted(stats.points, "point", "points")
+        ),
         text("length", stats.length_cm, " cm"),
         text("points per strand", stats.points_per_strand, ""),
         text("width", stats.width_cm, " cm"),
@@ -83,7 +88,7 @@ fn lines(stats: &GroomStats) -> Vec<String> {
         ),
     ];
     for (id, n) in &stats.groups {
-        lines.push(format!("group {id}: {n} strands"));
+        lines.push(format!("group {id}: {}", counted(n, "strand", "strands")));
     }
     for AttributeRange {
         name,

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use strandlight_formats::{
     Attribute, BakedFile, DiameterSource, Domain, Export, ExportOptions, GROOM_FORMATS, Groom,
-    GroomFormat, Kind, UpAxis, groom_format, groom_format_for,
+    GroomFormat, Kind, UpAxis, counted, groom_format, groom_format_for,
 };
 
 use super::kept::note_kept;
@@ -108,7 +108,10 @@ impl Target {
         };
         let export = Groom::export_frames(frames, fps, format, &self.options);
         let export = export.map_err(|error| Failure::file(path, error))?;
-        let what = format!(", {} frames at {fps} a second", frames.len());
+        let what = format!(
+            ", {} at {fps} a second",
+            counted(frames.len(), "frame", "frames")
+        );
         finish(&frames[0], format, export, path, &what)
     }
 
@@ -202,10 +205,14 @@ fn finish(
     }
     note_kept(path, groom, &export.dropped);
     let mut what = format!(
-        ".{}, {} strands, {} points{more}",
+        ".{}, {}, {}{more}",
         format.info().extensions[0],
-        groom.n_strands(),
-        groom.points.len()
+        counted(groom.n_strands(), "strand", "strands"),
+        counted(
+            export.n_points.unwrap_or(groom.points.len()),
+            "point",
+            "points"
+        )
     );
     if !export.dropped.is_empty() {
         let lost = export.dropped.join(", ");
@@ -236,10 +243,10 @@ pub fn write_groom(groom: &Groom, path: &Path) -> Outcome {
     write_output(path, &bytes)?;
     let (major, minor) = Kind::Groom.version();
     print_line(format_args!(
-        "{}: groom {major}.{minor}, {} strands, {} points, {} bytes",
+        "{}: groom {major}.{minor}, {}, {}, {} bytes",
         path.display(),
-        groom.n_strands(),
-        groom.points.len(),
+        counted(groom.n_strands(), "strand", "strands"),
+        counted(groom.points.len(), "point", "points"),
         bytes.len()
     ))
 }

@@ -1,7 +1,7 @@
 //! Hair.
 
 use serde::Serialize;
-use strandlight_formats::{Groom, Guesses};
+use strandlight_formats::{Groom, Guesses, counted};
 
 use super::parts::{Bounds, as_map, parameters};
 
@@ -161,8 +161,9 @@ pub(super) fn text_of_groom(info: &GroomInfo) -> Vec<String> {
             .trim_end()
             .to_owned(),
         format!(
-            "{} strands, {} points, {fewest} to {most} a strand",
-            info.strands, info.points
+            "{}, {}, {fewest} to {most} a strand",
+            counted(info.strands, "strand", "strands"),
+            counted(info.points, "point", "points")
         ),
         format!("lengths {shortest:.2} to {longest:.2} cm, mean {mean:.2}"),
         text_of_diameter(&info.diameter_cm),
@@ -185,8 +186,8 @@ pub(super) fn text_of_groom(info: &GroomInfo) -> Vec<String> {
     ];
     if info.single_point_strands > 0 {
         lines.push(format!(
-            "{} strands of a single point, kept for export",
-            info.single_point_strands
+            "{} of a single point, kept for export",
+            counted(info.single_point_strands, "strand", "strands")
         ));
     }
     for attribute in &info.attributes {

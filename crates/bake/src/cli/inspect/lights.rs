@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use strandlight_bake::lights::exchange;
-use strandlight_formats::{BakedFile, FitReport, Kind, LightSet, SrbfLight};
+use strandlight_formats::{BakedFile, FitReport, Kind, LightSet, SrbfLight, counted};
 
 use super::super::Failure;
 use super::parts::{as_map, parameters, version};
@@ -87,8 +87,8 @@ pub fn lights(path: &Path) -> Result<LightsInfo, Failure> {
 pub(super) fn text_of_lights(info: &LightsInfo) -> Vec<String> {
     let mut lines = vec![format!("lights {}", info.format_version)];
     lines.push(format!(
-        "{} lights ({}), {} asked for, seed {}",
-        info.lights.len(),
+        "{} ({}), {} asked for, seed {}",
+        counted(info.lights.len(), "light", "lights"),
         info.light_kind,
         info.requested_count,
         info.seed

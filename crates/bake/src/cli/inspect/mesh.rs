@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde::Serialize;
-use strandlight_formats::{BakedFile, Kind, Mesh};
+use strandlight_formats::{BakedFile, Kind, Mesh, counted};
 
 use super::super::Failure;
 use super::parts::{Bounds, as_map, parameters, version};
@@ -50,9 +50,9 @@ pub(super) fn text_of_mesh(info: &MeshInfo) -> Vec<String> {
     let mut lines = vec![
         format!("mesh {}", info.format_version),
         format!(
-            "{} vertices, {} triangles, {} texture coordinates",
+            "{} vertices, {}, {} texture coordinates",
             info.vertices,
-            info.triangles,
+            counted(info.triangles, "triangle", "triangles"),
             if info.has_uvs { "with" } else { "no" }
         ),
         format!("bounds {min:.2?} to {max:.2?} cm"),

@@ -127,7 +127,10 @@ pub fn bake(args: &FitArgs, plan: &Plan, progress: &Progress) -> Result<Baked, F
 fn report(found: &Found, map: &Map) -> Option<FitReport> {
     match &found.residual {
         None => Some(evaluate(&found.fit.lights, map)),
-        Some(residual) => evaluate_with_residual(&found.fit.lights, residual, map),
+        Some(residual) => {
+            let silent = Progress::silent();
+            evaluate_with_residual(&found.fit.lights, residual, map, &silent)
+        }
     }
 }
 

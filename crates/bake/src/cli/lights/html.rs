@@ -12,7 +12,7 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use strandlight_bake::lights::exchange::{FRAME, sharpness};
 use strandlight_bake::lights::{Metric, Pictures};
 use strandlight_bake::markup::escaped;
-use strandlight_formats::SrbfLight;
+use strandlight_formats::{SrbfLight, counted};
 use strandlight_images::Map;
 use strandlight_scattering::spherical_gaussian::solid_angle;
 
@@ -142,9 +142,10 @@ impl Page<'_> {
         let n = self.results.set.lights.len();
         if !budget.is_met() {
             return format!(
-                "<p class=\"verdict bad\">No set of up to {} lights has {limit}. The best of those \
-                 fitted, shown here, has {error} with {n} lights. No light set was written.</p>\n",
-                budget.max_count
+                "<p class=\"verdict bad\">No set of up to {} has {limit}. The best of those \
+                 fitted, shown here, has {error} with {}. No light set was written.</p>\n",
+                lights(budget.max_count),
+                lights(n)
             );
         }
         let count = self.results.set.info.requested_count as usize;
@@ -377,10 +378,7 @@ impl Page<'_> {
 }
 
 fn lights(n: usize) -> String {
-    match n {
-        1 => "1 light".to_owned(),
-        n => format!("{n} lights"),
-    }
+    counted(n, "light", "lights")
 }
 
 /// Energy of a light over the sphere, by channel.

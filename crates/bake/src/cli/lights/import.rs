@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use serde::Deserialize;
 use strandlight_bake::lights::exchange::lambda;
 use strandlight_formats::{
-    BakedFile, LightSet, LightSetInfo, NpyArray, SrbfLight, content_hash, in_plain_words, read_file,
+    BakedFile, LightSet, LightSetInfo, NpyArray, SrbfLight, content_hash, counted, in_plain_words,
+    read_file,
 };
 
 use crate::cli::{Failure, Outcome, check_outputs, check_own_extension, print_line, write_output};
@@ -51,9 +52,9 @@ pub fn run(args: &Args) -> Outcome {
         .map_err(|error| Failure::file(&args.input, error))?;
     write_output(&args.output, &file)?;
     print_line(format_args!(
-        "wrote {}: {} lights, {} bytes",
+        "wrote {}: {}, {} bytes",
         args.output.display(),
-        set.lights.len(),
+        counted(set.lights.len(), "light", "lights"),
         file.len()
     ))
 }

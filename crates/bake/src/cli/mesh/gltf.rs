@@ -7,7 +7,7 @@ use std::path::{Component, Path};
 
 use glam::{Mat3, Mat4, Quat, Vec3};
 use serde::Deserialize;
-use strandlight_formats::{MAX_TRIANGLES, MAX_VERTICES, read_file};
+use strandlight_formats::{MAX_TRIANGLES, MAX_VERTICES, counted, read_file};
 
 use super::parts::{MAX_BYTES, Parts};
 
@@ -188,7 +188,12 @@ pub fn read(bytes: &[u8], path: &Path, notes: &mut Vec<String>) -> Result<Parts,
     reader.nodes()?;
     if reader.n_others > 0 {
         let n = reader.n_others;
-        notes.push(format!("{n} primitives of points or lines were left out"));
+        let left_out = counted(
+            n,
+            "primitive of points or lines was",
+            "primitives of points or lines were",
+        );
+        notes.push(left_out + " left out");
     }
     if reader.is_posed {
         let what = "skins and morph targets are not applied: the mesh is as it was modelled";

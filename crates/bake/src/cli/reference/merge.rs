@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use strandlight_formats::counted;
 
 use serde_json::json;
 use strandlight_reference::{FileError, PartInfo, PartsError, ReferencePart, order_of_parts};
@@ -73,13 +74,13 @@ pub fn run(args: &Args) -> Outcome {
         }));
     }
     print_line(format_args!(
-        "{}: {}, {}x{}, {} samples of {} parts, {} bytes",
+        "{}: {}, {}x{}, {} of {}, {} bytes",
         output.display(),
         file.method.name(),
         size[0],
         size[1],
-        file.film.n_samples(),
-        parts.len(),
+        counted(file.film.n_samples(), "sample", "samples"),
+        counted(parts.len(), "part", "parts"),
         bytes.len(),
     ))
 }

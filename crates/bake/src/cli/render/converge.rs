@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
-use strandlight_formats::{Background, Scene};
+use strandlight_formats::{Background, Scene, counted};
 use strandlight_images::Map;
 use strandlight_images::exr_file::{self, floats};
 use strandlight_reference::converge::{Converged, Convergence, TILE, next_step};
@@ -73,7 +73,7 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
     let tracer = traced.tracer(&environment);
     let tracer = tracer.with_scattering(prepared.scattering());
     let mut convergence = Convergence::new(fast, &prepared, args.seed);
-    let converged = pursue(args, start, &mut |n| {
+    let mut converged = pursue(args, start, &mut |n| {
         let start = Instant::now();
         convergence.trace(&prepared, &tracer, n);
         let traced = start.elapsed();
@@ -88,6 +88,11 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
         return Err(Failure::file(&args.scene, what));
     }
 
+    converged
+        .picture
+        .rgba
+        .iter_mut()
+        .for_each(make_compositable);
     let picture = &converged.picture;
     let until: Vec<String> = args.until.iter().map(Until::to_string).collect();
     let provenance = provenance
@@ -116,15 +121,25 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
         return print_line(document);
     }
     print_line(format_args!(
-        "{}: {}x{}, {} samples, expected error {:.2} % ({:.1} % without samples), {seconds:.1} s, {} bytes",
+        "{}: {}x{}, {}, expected error {:.2} % ({:.1} % without samples), {seconds:.1} s, {} bytes",
         args.output.display(),
         size[0],
         size[1],
-        converged.samples,
+        counted(converged.samples, "sample", "samples"),
         100.0 * converged.relative_error,
         100.0 * converged.relative_error_of_fast,
         bytes.len()
     ))
+}
+
+/// Corrections may leave a pixel a little below black, or light where no hair covers it, which programs that divide by alpha
+/// cannot take.
+fn make_compositable(rgba: &mut [f32; 4]) {
+    let alpha = rgba[3].clamp(0.0, 1.0);
+    rgba[3] = alpha;
+    for value in &mut rgba[..3] {
+        *value = if alpha > 0.0 { value.max(0.0) } else { 0.0 };
+    }
 }
 
 /// Takes samples by `trace`, which is told how many and answers what a sample and the picture take in
@@ -182,8 +197,8 @@ fn pursue(
         if f64::from(converged.samples) >= 2.0 * told {
             told = f64::from(converged.samples);
             progress.say(&format!(
-                "{} samples, {:.1} s: expected error {:.2} %",
-                converged.samples,
+                "{}, {:.1} s: expected error {:.2} %",
+                counted(converged.samples, "sample", "samples"),
                 start.elapsed().as_secs_f64(),
                 100.0 * converged.relative_error
             ));

@@ -41,8 +41,12 @@ pub fn run(args: &Args) -> Outcome {
     };
     script.check(&session).map_err(in_script)?;
     let folder = &args.output;
-    output_folder(folder)?;
     let shard = args.shard.shard;
+    let mut new = output_folder(folder)?;
+    if shard.is_some() {
+        // Another shard may be about to write there, even if this one fails.
+        new.keep();
+    }
     let times = folder.join(timings_file(shard));
     let shard = shard.unwrap_or(Shard::WHOLE);
     let frames = script.frames().enumerate();

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 use strandlight_bake::aov::{Layers, measured, specs};
-use strandlight_formats::Scene;
+use strandlight_formats::{Scene, counted};
 use strandlight_scene::assets::{Assets, ModesToRead};
 use strandlight_scene::files::Files;
 use strandlight_scene::layers::{COVERAGE, Layer, data_layers};
@@ -85,11 +85,11 @@ pub fn run(args: &Args, scene: &Scene, size: [u32; 2], samples: u32) -> Outcome 
         }));
     }
     print_line(format_args!(
-        "{}: {}x{}, {visibility}, {} layers, {} bytes",
+        "{}: {}x{}, {visibility}, {}, {} bytes",
         args.output.display(),
         size[0],
         size[1],
-        names.len(),
+        counted(names.len(), "layer", "layers"),
         bytes.len()
     ))
 }

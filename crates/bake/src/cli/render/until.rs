@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::time::Duration;
+use strandlight_formats::counted;
 
 use strandlight_reference::MAX_TRUTH_SAMPLES;
 
@@ -56,7 +57,7 @@ impl fmt::Display for Until {
         match self {
             Until::Error(error) => write!(f, "{} %", 100.0 * error),
             Until::Time(time) => write!(f, "{} s", time.as_secs_f64()),
-            Until::Samples(samples) => write!(f, "{samples} samples"),
+            Until::Samples(samples) => f.write_str(&counted(samples, "sample", "samples")),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Checks of grooms.
 
-use strandlight_formats::Groom;
+use strandlight_formats::{Groom, counted};
 
 use super::lights::malformed_hash;
 use super::line::Line;
@@ -29,8 +29,9 @@ fn coincident(groom: &Groom) -> Option<String> {
     }
     first.map(|(strand, ix)| {
         let next = ix + 1;
+        let pairs = counted(n, "pair", "pairs");
         format!(
-            "points {ix} and {next} of strand {strand} are at one place, {n} pairs in all; \
+            "points {ix} and {next} of strand {strand} are at one place, {pairs} in all; \
              strands are drawn without the second"
         )
     })

@@ -1,9 +1,14 @@
 //! Checks of light sets.
 
-use strandlight_bake::lights::{evaluate, evaluate_with_residual, rest_parameter};
+use strandlight_bake::lights::{
+    EVALUATION_STEPS, evaluate_with_progress, evaluate_with_residual, rest_parameter,
+};
 use strandlight_formats::{FitReport, LightSet, SrbfLight};
 use strandlight_images::Map;
 use strandlight_scattering::spherical_gaussian::solid_angle;
+use strandlight_scene::progress::Progress;
+
+use crate::cli::progress::progress;
 
 use super::line::Line;
 use super::reference::Reference;
@@ -138,14 +143,26 @@ fn against_map(set: &LightSet, reference: &Reference<'_>) -> Vec<Line> {
 
 /// The figures of a set; of one that holds the compact sources of its map alone, with the rest.
 fn report(set: &LightSet, map: &Map, reference: &Reference<'_>) -> Result<FitReport, String> {
+    let progress = progress("comparing with the map", EVALUATION_STEPS);
+    let report = report_with_progress(set, map, reference, &progress);
+    progress.finish();
+    report
+}
+
+fn report_with_progress(
+    set: &LightSet,
+    map: &Map,
+    reference: &Reference<'_>,
+    progress: &Progress,
+) -> Result<FitReport, String> {
     if !set.info.parameters.contains(&rest_parameter()) {
-        return Ok(evaluate(set, map));
+        return Ok(evaluate_with_progress(set, map, progress));
     }
     let residual = reference
         .residual
         .as_ref()
         .ok_or("the set holds the compact sources of its map alone; name the rest by --residual")?;
-    evaluate_with_residual(set, residual, map).ok_or_else(|| {
+    evaluate_with_residual(set, residual, map, progress).ok_or_else(|| {
         let [width, height] = [residual.width(), residual.height()];
         format!("the residual is {width} x {height}, the map is not")
     })

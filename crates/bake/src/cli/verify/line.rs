@@ -1,6 +1,7 @@
 //! A check of a file, as it is printed.
 
 use serde_json::{Value, json};
+use strandlight_formats::counted;
 
 /// One check of one file, for people and for programs.
 pub struct Line {
@@ -29,7 +30,7 @@ impl Line {
     pub fn held(name: &str, n_values: usize, failed: Option<String>) -> Line {
         let passed = failed.is_none();
         let text = match &failed {
-            None => format!("{name}: {n_values} values"),
+            None => format!("{name}: {}", counted(n_values, "value", "values")),
             Some(entry) => format!("{name}: {entry}"),
         };
         Line {

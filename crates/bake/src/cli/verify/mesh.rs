@@ -51,6 +51,8 @@ fn inside_out(mesh: &Mesh) -> Option<String> {
     };
     let n = (0..mesh.triangles.len()).filter(is_against).count();
     let n_triangles = mesh.triangles.len();
-    (2 * n > n_triangles)
-        .then(|| format!("{n} of {n_triangles} triangles wind against their normals"))
+    (2 * n > n_triangles).then(|| match n {
+        1 => format!("1 of {n_triangles} triangles winds against its normals"),
+        _ => format!("{n} of {n_triangles} triangles wind against their normals"),
+    })
 }

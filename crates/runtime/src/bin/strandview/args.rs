@@ -33,13 +33,14 @@ pub fn help() -> String {
                          scene's]; a window draws without, where it can
   --backend BACKEND      Renderer: auto, gpu or cpu; auto uses the GPU if there is one, and the CPU
                          rather than a software adapter [default: auto]
+  --stats                Print counts and times of the picture, of one frame alone
   --quiet                Print nothing on stderr except errors
   --log EVENTS.json      Write UI events to EVENTS.json as JSON Lines"
     )
 }
 
 /// All options, for suggestions when one is mistyped.
-const OPTIONS: [&str; 11] = [
+const OPTIONS: [&str; 12] = [
     "--frame",
     "--turntable",
     "--script",
@@ -49,6 +50,7 @@ const OPTIONS: [&str; 11] = [
     "--time",
     "--samples",
     "--backend",
+    "--stats",
     "--quiet",
     "--log",
 ];
@@ -79,6 +81,8 @@ pub struct Args {
     pub output: Option<PathBuf>,
     /// Which renderer draws.
     pub backend: BackendChoice,
+    /// Whether to print what a frame took.
+    pub stats: bool,
     /// Whether to print nothing except errors.
     pub quiet: bool,
     /// File for the events of the window.
@@ -128,6 +132,7 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
             "--output" | "-o" | "--out" => args.output = Some(value()?.into()),
             "--backend" => args.backend = backend(&value()?)?,
             "--log" => args.log = Some(value()?.into()),
+            "--stats" => args.stats = true,
             "--quiet" => args.quiet = true,
             "--lose-device" => args.loses_device = true,
             "--set" => {
@@ -173,6 +178,18 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
     let of_window = of_window.into_iter().find(|(_, is_given)| *is_given);
     if let (Some(job), Some((flag, _))) = (job, of_window) {
         return Err(format!("{flag} is for the window; leave it out with {job}"));
+    }
+    if args.stats {
+        let with = match (&args.job, job) {
+            (Job::Frame(_), _) => args.quiet.then_some("--quiet"),
+            (_, Some(job)) => Some(job),
+            (_, None) => Some("a window"),
+        };
+        if let Some(with) = with {
+            return Err(format!(
+                "--stats prints something about the picture of --frame; leave it out with {with}"
+            ));
+        }
     }
     let is_many = matches!(args.job, Job::Turntable(_) | Job::Script(_));
     match (is_many, &args.output) {
@@ -246,7 +263,7 @@ mod tests {
     /// Each pair of flags is taken as it stands, or refused by a line that names both.
     #[test]
     fn every_pair_of_flags_is_taken_or_refused_by_name() {
-        const FLAGS: [(&str, &str); 11] = [
+        const FLAGS: [(&str, &str); 12] = [
             ("--frame", "a.png"),
             ("--turntable", "2"),
             ("--script", "s.json"),
@@ -257,6 +274,7 @@ mod tests {
             ("--samples", "8"),
             ("--log", "l.json"),
             ("--backend", "cpu"),
+            ("--stats", ""),
             ("--quiet", ""),
         ];
         // What USAGE and the help say of flags is all of these.
@@ -283,24 +301,31 @@ mod tests {
             "--samples" => args.set["render.samples"] == 8,
             "--log" => args.log == Some("l.json".into()),
             "--backend" => args.backend == BackendChoice::Cpu,
+            "--stats" => args.stats,
             "--quiet" => args.quiet,
             _ => false,
         };
         let (mut n_taken, mut n_refused) = (0, 0);
         for (ix, (a, of_a)) in FLAGS.into_iter().enumerate() {
             for (b, of_b) in FLAGS[ix + 1..].iter().copied() {
+                let is = |flags: &[&str]| [a, b].iter().any(|flag| flags.contains(flag));
+                let has_place = is(&["--frame", "--turntable", "--script", "--output", "--log"]);
+                let frame = match is(&["--stats"]) && !has_place {
+                    true => " --frame a.png",
+                    false => "",
+                };
                 let many = |flag| ["--turntable", "--script"].contains(&flag);
                 let needs_out = (many(a) || many(b)) && a != "--output" && b != "--output";
                 let out = if needs_out { " --output d" } else { "" };
-                match parsed(&format!("a.toml {a} {of_a} {b} {of_b}{out}")) {
+                match parsed(&format!("a.toml {a} {of_a} {b} {of_b}{out}{frame}")) {
                     Ok(args) => {
                         assert!(shows(&args, a) && shows(&args, b), "{a} {b}: {args:?}");
                         n_taken += 1;
                     }
                     Err(error) => {
                         let error = error.replace(USAGE, "");
-                        // `--output` alone has no job that it could go with.
-                        let needs_job = a == "--output" || b == "--output";
+                        // `--output` alone has no job that it could go with, and `--stats` has none in the window.
+                        let needs_job = is(&["--output"]) || (a, b) == ("--log", "--stats");
                         assert!(error.contains(a) || needs_job, "{a} {b}: {error}");
                         assert!(error.contains(b) || needs_job, "{a} {b}: {error}");
                         n_refused += 1;
@@ -308,7 +333,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!((n_taken, n_refused), (41, 14));
+        assert_eq!((n_taken, n_refused), (47, 19));
     }
 
     #[test]
@@ -343,6 +368,8 @@ mod tests {
             ("a.toml --frame a.png --output d", "--output is for"),
             ("a.toml --turntable 3 --output -", "need a folder"),
             ("a.toml --turntable 0 --output d", "--turntable 0"),
+            ("a.toml --stats", "--stats prints"),
+            ("a.toml --stats --log l.json", "--stats prints"),
             ("a.toml --set eta", "KEY=VALUE"),
             ("a.toml --size 0x3", "0x3"),
             ("a.toml --frame", "needs a value"),

@@ -9,6 +9,7 @@ use strandlight_formats::{OutputTarget, TakenFiles, check_writable, output_targe
 use strandlight_render::gpu::Context;
 use strandlight_runtime::script::{self, Frame, Script, Stopped};
 use strandlight_runtime::timings::{FrameTiming, Timings};
+use strandlight_runtime::work::NewFolders;
 use strandlight_runtime::{CpuReason, ScriptError, Session, Viewer};
 use strandlight_scene::provenance::{Provenance, Recorder};
 use strandlight_scene::stats::FrameStats;
@@ -16,6 +17,7 @@ use strandlight_scene::{Picture, RenderError, SceneError, Stats, files};
 use web_time::Instant;
 
 use crate::args::{Args, Job};
+use crate::output::say;
 
 type Answer<T> = Result<T, Box<dyn Error>>;
 
@@ -84,7 +86,7 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
     let start = Instant::now();
     let (picture, stats) = viewer.frame(size, samples)?;
     let seconds = start.elapsed().as_secs_f64();
-    if !args.quiet {
+    if args.stats && !args.quiet {
         let _ = writeln!(std::io::stderr(), "{}", FrameStats(&stats));
     }
     let provenance = provenance(&mut recorder, &viewer, size, [samples, stats.samples])?;
@@ -92,7 +94,7 @@ fn one(args: &Args, path: &Path) -> Answer<()> {
     match target {
         // It holds the picture.
         OutputTarget::Stdout => Ok(()),
-        _ => say(line_about(path, &picture, &stats, seconds)),
+        _ => Ok(say(line_about(path, &picture, &stats, seconds))?),
     }
 }
 
@@ -128,7 +130,7 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
         _ => error.to_string(),
     };
     script.check(&session).map_err(in_script)?;
-    make_folder(out)?;
+    let _new = make_folder(out)?;
     let times = out.join("timings.json");
     check_writable(&times).map_err(|error| cannot_write(&times, &error))?;
     let mut taken = inputs_of(args);
@@ -164,16 +166,16 @@ fn many(args: &Args, session: Session, script: &Script, out: &Path) -> Answer<()
     let document = timings.document(&scene_of(args).display().to_string(), &backend, opened);
     let text = serde_json::to_string_pretty(&document)? + "\n";
     write(&times, text.as_bytes())?;
-    say(timings.line_about(&times))
+    Ok(say(timings.line_about(&times))?)
 }
 
 /// A folder for the frames, made if it is not there.
-fn make_folder(folder: &Path) -> Result<(), String> {
+fn make_folder(folder: &Path) -> Result<NewFolders, String> {
     if folder.metadata().is_ok_and(|data| !data.is_dir()) {
         let why = "is not a folder, and several files are written; name a folder";
         return Err(format!("{}: {why}", folder.display()));
     }
-    std::fs::create_dir_all(folder)
+    NewFolders::make(folder)
         .map_err(|error| format!("{}: cannot be made: {error}", folder.display()))
 }
 
@@ -241,16 +243,6 @@ fn line_about(path: &Path, picture: &Picture, stats: &Stats, seconds: f64) -> St
     format!("{path}: {width}x{height}, {visibility}, {seconds:.2} s")
 }
 
-/// Prints a line of the result; a closed pipe is no error.
-fn say(line: String) -> Answer<()> {
-    match writeln!(io::stdout(), "{line}") {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(format!("standard output: {error}").into())
-        }
-        _ => Ok(()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -259,9 +251,13 @@ mod tests {
     fn frames_go_to_a_folder_that_is_made_and_to_no_file() {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name);
+        drop(make_folder(&at("a/b")).expect("made"));
+        assert!(!at("a").exists(), "nothing was written there");
         for _ in 0..2 {
-            make_folder(&at("a/b")).expect("made");
+            let _new = make_folder(&at("a/b")).expect("made");
+            std::fs::write(at("a/b/0.png"), "").expect("written");
         }
+        assert!(at("a/b/0.png").exists());
         std::fs::write(at("text.txt"), "").expect("written");
         let refused = make_folder(&at("text.txt")).expect_err("a file");
         assert!(refused.contains("text.txt: is not a folder"), "{refused}");

@@ -1,37 +1,36 @@
 //! `strandview`: shows a scene in a window, or renders frames of it without one.
 //!
-//! Exit codes: 0 done; 2 bad usage or bad input.
+//! Exit codes: 0 done; 2 bad usage or bad input; 130 and 143 ended by SIGINT and SIGTERM.
 
 mod args;
 mod headless;
+mod output;
 mod window;
 
 use std::io::Write;
 use std::process::ExitCode;
 
 use args::{Args, Job, USAGE, help};
+use output::say;
 
 fn main() -> ExitCode {
     let mut words = std::env::args_os().skip(1).peekable();
     let first = words.peek().and_then(|word| word.to_str());
     match first {
-        Some("--help" | "-h") => {
-            let _ = writeln!(std::io::stdout(), "{USAGE}\n{}", help());
-            return ExitCode::SUCCESS;
-        }
+        Some("--help" | "-h") => return ended(say(format_args!("{USAGE}\n{}", help()))),
         Some("--version" | "-V") => {
-            let _ = writeln!(
-                std::io::stdout(),
-                "strandview {}",
-                env!("CARGO_PKG_VERSION")
-            );
-            return ExitCode::SUCCESS;
+            return ended(say(concat!("strandview ", env!("CARGO_PKG_VERSION"))));
         }
         _ => {}
     }
-    match args::parse(words).and_then(|args| run(&args)) {
+    ended(args::parse(words).and_then(|args| run(&args)))
+}
+
+fn ended(answer: Result<(), String>) -> ExitCode {
+    match answer {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
+            let message = strandlight_formats::system_in_plain_words(&message);
             let lines: Vec<&str> = message.lines().map(str::trim).collect();
             let _ = writeln!(std::io::stderr(), "strandview: {}", lines.join(" "));
             ExitCode::from(2)
@@ -40,6 +39,7 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> Result<(), String> {
+    strandlight_runtime::work::end_all_when_interrupted();
     match args.job {
         Job::Window => window::run(args),
         _ => headless::run(args).map_err(|error| error.to_string()),

@@ -213,6 +213,27 @@ fn a_save_that_fails_can_be_tried_again() {
 }
 
 #[test]
+fn a_write_protected_scene_is_left_alone() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("a.toml");
+    std::fs::write(&path, SCENE).expect("written");
+    std::fs::write(folder.path().join("a.groom"), groom(1.0)).expect("written");
+    std::fs::write(folder.path().join("b.lights"), lights()).expect("written");
+    let scene = SCENE.replace("../b.lights", "b.lights");
+    std::fs::write(&path, &scene).expect("written");
+    let mut session = Session::open(&path).expect("readable");
+    let mut permissions = path.metadata().expect("there").permissions();
+    permissions.set_readonly(true);
+    std::fs::set_permissions(&path, permissions).expect("set");
+    edit(&mut session, "exposure", |s| s.render.exposure = 1.0);
+    let error = session.save().expect_err("it is write-protected");
+    let wanted = format!("{}: is write-protected", path.display());
+    assert!(error.to_string().ends_with(&wanted), "{error}");
+    assert_eq!(std::fs::read_to_string(&path).expect("read"), scene);
+    assert!(session.is_modified());
+}
+
+#[test]
 fn hair_without_paint_keeps_its_name_when_a_reload_is_undone() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = |name: &str| folder.path().join(name);

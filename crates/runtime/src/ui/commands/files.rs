@@ -1,5 +1,7 @@
 //! Questions about the scene as a file, and their answers.
 
+#[cfg(not(target_arch = "wasm32"))]
+use std::io::Write;
 use std::path::Path;
 
 use serde_json::json;
@@ -11,6 +13,8 @@ use crate::ui::desktop;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::ui::job::{Job, JobResult, Wanted};
 use crate::ui::picker::{Picker as FilePicker, Purpose};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::ui::questions::name_of;
 use crate::ui::questions::{Answer, Question, Then};
 use crate::ui::workspace::Workspace;
 
@@ -230,6 +234,50 @@ impl Workspace {
             self.reload();
         }
         Ok(())
+    }
+
+    /// Keeps changes that were not saved in a file of their own, because the program is about to end and nobody can be asked.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(in crate::ui) fn keep_unsaved(&mut self) {
+        self.end_stroke();
+        let session = self.viewer.session();
+        if !session.is_modified() {
+            return;
+        }
+        let line = match session.write_recovery() {
+            Ok(path) => {
+                let path = std::path::absolute(&path).unwrap_or(path);
+                self.note_recovery(&path, true);
+                format!("the unsaved changes are kept in {}", path.display())
+            }
+            Err(error) => format!("the unsaved changes are lost: {error}"),
+        };
+        // Nobody may listen.
+        let _ = writeln!(std::io::stderr(), "strandview: {line}");
+    }
+
+    /// Adds to the status line that unsaved changes of an earlier start were kept.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(in crate::ui) fn tell_recovery(&mut self) {
+        let Some(path) = self.viewer.session().newer_recovery() else {
+            return;
+        };
+        self.note_recovery(&path, false);
+        let mut said = std::mem::take(&mut self.state.message);
+        if !said.is_empty() {
+            said += "; ";
+        }
+        self.say(&format!(
+            "{said}Unsaved changes from before are in {}: open it to go on with them",
+            name_of(&path)
+        ));
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn note_recovery(&mut self, path: &Path, is_written: bool) {
+        let path = path.display().to_string();
+        let of_file = json!({ "path": path, "is_written": is_written });
+        self.log.write("recovery", of_file);
     }
 
     pub(in crate::ui) fn on_files(&mut self) {

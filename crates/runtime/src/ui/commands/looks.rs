@@ -111,14 +111,10 @@ impl Workspace {
 
         if let Some(drawn) = &self.look_job {
             match drawn.answer.try_recv() {
-                Ok(pixels) => {
-                    if let Some(drawn) = self.look_job.take()
-                        && let Some(pixels) = pixels
-                        && let Some(shown) = Shown::new(&self.egui, drawn.view, &pixels)
-                    {
-                        self.state.looks.show(&drawn.name, shown);
-                        self.log.write("look", json!({ "name": drawn.name }));
-                    }
+                Ok(answer) => {
+                    let (name, view) = (drawn.name.clone(), drawn.view);
+                    self.look_job = None;
+                    self.take_look(&name, view, answer);
                     self.window.request_redraw();
                 }
                 Err(TryRecvError::Disconnected) => self.look_job = None,
@@ -157,9 +153,26 @@ impl Workspace {
                     .map(|&[r, g, b, a]| [times(r, a), times(g, a), times(b, a), a]);
                 Ok(pixels.collect())
             };
-            // A look that cannot be drawn is not shown; putting it on says why.
-            let _ = tell.send(crate::apart::apart(drawn).ok());
+            let drawn = crate::apart::apart(drawn);
+            let _ = tell.send(drawn.map_err(|error| error.to_string()));
         });
         self.look_job = Some(LookJob { name, view, answer });
+    }
+
+    /// Shows a look that was drawn for a view, or says why it was not.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn take_look(&mut self, name: &str, view: LookView, drawn: Result<Vec<[u8; 4]>, String>) {
+        match drawn {
+            Ok(pixels) => {
+                if let Some(shown) = Shown::new(&self.egui, view, &pixels) {
+                    self.state.looks.show(name, shown);
+                    self.log.write("look", json!({ "name": name }));
+                }
+            }
+            Err(error) => {
+                self.state.looks.fail(name, view);
+                self.fail(&format!("Look {name} cannot be drawn: {error}"));
+            }
+        }
     }
 }

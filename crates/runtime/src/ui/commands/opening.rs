@@ -13,6 +13,7 @@ use crate::ui::commands::files::scene_picker;
 use crate::ui::document::Document;
 use crate::ui::job::{Job, JobResult, News, Wanted};
 use crate::ui::layout::UiState;
+use crate::ui::orbit::Bounds;
 use crate::ui::photo::{Photo, is_photo};
 use crate::ui::questions::{Then, name_of};
 use crate::ui::views::Views;
@@ -39,9 +40,8 @@ impl Workspace {
         let name = name_of(path);
         match kind_of(path) {
             Ok(Openable::Scene) => self.before_losing(Then::Open(from)),
-            Ok(
-                kind @ (Openable::Groom | Openable::Lights | Openable::Panorama | Openable::Lut),
-            ) => {
+            Ok(Openable::Groom) => self.swap_hair(path, path, &[]),
+            Ok(kind @ (Openable::Lights | Openable::Panorama | Openable::Lut)) => {
                 self.swap(kind, path, path);
             }
             Ok(Openable::Hair) => self.begin(Job::start(format!("Reading {name}"), move |_| {
@@ -93,9 +93,7 @@ impl Workspace {
                 let path = std::path::absolute(&from).unwrap_or_else(|_| from.clone());
                 let path = beside(&path, "groom", &files);
                 files.hold(&path, bytes);
-                if self.swap(Openable::Groom, &path, &from) {
-                    self.say(&format!("{}: {}", name_of(&from), notes.join("; ")));
-                }
+                self.swap_hair(&path, &from, &notes);
             }
             News::Done(JobResult::Lights { from, fitted }) => {
                 let path = std::path::absolute(&from).unwrap_or_else(|_| from.clone());
@@ -133,6 +131,23 @@ impl Workspace {
             }
         }
         self.window.request_redraw();
+    }
+
+    /// Puts another groom into the scene, as [`Workspace::swap`] does, and has the view show it. `notes` tell how its file was
+    /// read.
+    fn swap_hair(&mut self, path: &Path, from: &Path, notes: &[String]) {
+        let before = Bounds::of(&self.viewer.prepared().strands);
+        if !self.swap(crate::opening::Openable::Groom, path, from) {
+            return;
+        }
+        let mut said = self.state.message.clone();
+        if self.frame_other_hair(before) {
+            said += "; the view was moved to show it, Alt+Left goes back";
+        }
+        if !notes.is_empty() {
+            said += &format!("; {}", notes.join("; "));
+        }
+        self.say(&said);
     }
 
     /// Puts another groom, light set, panorama or LUT into the scene, that of the file `from`, which is remembered; answers
@@ -259,6 +274,7 @@ impl Workspace {
                     self.state.settings.opened(path);
                 }
                 self.say(&format!("Opened {name}"));
+                self.tell_recovery();
                 self.changed("opened", json!({ "path": name }));
             }
             Err(error) => self.fail(&error.to_string()),

@@ -8,6 +8,7 @@ use web_time::Instant;
 use crate::inspection::Inspection;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::light_layer::LightLayer;
+use crate::ui::in_view::{InView, in_view, is_amid};
 use crate::ui::keys::Side;
 use crate::ui::orbit::Bounds;
 use crate::ui::workspace::Workspace;
@@ -23,19 +24,35 @@ impl Workspace {
 
     /// Looks at all hair from a side.
     pub(super) fn look_from(&mut self, side: Side) {
-        let strands = &self.viewer.prepared().strands;
-        let bounds = Bounds {
-            centre: strands.centre,
-            radius: strands.radius,
-        };
+        let bounds = Bounds::of(&self.viewer.prepared().strands);
         let camera = self.viewer.prepared().camera;
+        let view = orbit::from_side(&camera, side, bounds, self.aspect());
+        self.views.close();
+        self.look(view, false);
+        self.views.close();
+    }
+
+    /// Looks at all hair from the same side where other hair was put into the scene and is out of view, or a speck; and where
+    /// the eye is in the middle of it, as it was not in that of `before`. Answers whether it does.
+    pub(super) fn frame_other_hair(&mut self, before: Bounds) -> bool {
+        let scene = self.viewer.prepared();
+        let (camera, bounds) = (scene.camera, Bounds::of(&scene.strands));
+        let is_in_middle = is_amid(&camera, bounds) && !is_amid(&camera, before);
+        let aspect = self.aspect();
+        if in_view(&camera, &scene.strands, aspect) == InView::Hair && !is_in_middle {
+            return false;
+        }
+        let view = orbit::frame(&camera, bounds.centre, bounds.radius, aspect);
+        self.views.close();
+        self.look(view, false);
+        self.views.close();
+        true
+    }
+
+    /// Width of the picture over its height.
+    fn aspect(&self) -> f32 {
         let [width, height] = self.viewer.size().map(|side| side.max(1) as f32);
-        self.views.close();
-        self.look(
-            orbit::from_side(&camera, side, bounds, width / height),
-            false,
-        );
-        self.views.close();
+        width / height
     }
 
     pub(super) fn set_view(&mut self, view: Camera) {

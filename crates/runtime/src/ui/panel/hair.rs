@@ -131,7 +131,7 @@ fn preset(
             (None, None) => "none".to_owned(),
         };
         let save = "Save ...";
-        let room = ui.available_width() - 70.0;
+        let room = ui.available_size_before_wrap().x - 70.0;
         let combo = egui::ComboBox::from_id_salt("preset")
             .width(room)
             .height(360.0)

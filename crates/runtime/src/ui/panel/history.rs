@@ -1,12 +1,22 @@
 //! The steps of the document as small pictures: a click goes to one.
 
-use egui::{Color32, Rect, RichText, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
+use std::sync::Arc;
+
+use egui::text::LayoutJob;
+use egui::{
+    Color32, FontId, Galley, Painter, Rect, RichText, Sense, Stroke, StrokeKind, Ui, pos2, vec2,
+};
 
 use crate::session::Session;
 use crate::ui::field::Changes;
 use crate::ui::keys::Command;
 use crate::ui::theme;
 use crate::ui::thumbnails::{SIZE, Thumbnails};
+
+/// Height of a caption of [`CAPTION_ROWS`].
+const CAPTION: f32 = 30.0;
+/// Most rows of a caption: names of parameters are wider than their pictures.
+const CAPTION_ROWS: usize = 2;
 
 /// Shows the steps of `session`, oldest first, as it was opened before them.
 pub fn show(
@@ -23,13 +33,13 @@ pub fn show(
     let [width, height] = SIZE.map(|side| side as f32);
     egui::ScrollArea::vertical()
         .id_salt("history")
-        .max_height(3.0 * (height + 22.0))
+        .max_height(3.0 * (height + CAPTION + 6.0))
         .auto_shrink([false, true])
         .stick_to_bottom(true)
         .show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
                 for (ix, (label, state)) in steps.iter().enumerate() {
-                    let size = vec2(width, height + 16.0);
+                    let size = vec2(width, height + CAPTION);
                     let (rect, step) = ui.allocate_exact_size(size, Sense::click());
                     changes.place(format!("Step {ix}"), &step);
                     if ui.is_rect_visible(rect) {
@@ -57,7 +67,7 @@ pub fn show(
                         };
                         let at = pos2(rect.left(), picture.bottom() + 2.0);
                         let font = egui::TextStyle::Small.resolve(ui.style());
-                        painter.text(at, egui::Align2::LEFT_TOP, label, font, color);
+                        painter.galley(at, caption(&painter, label, font, color, width), color);
                     }
                     if step.clicked() && ix != n_done {
                         commands.push(Command::GoTo(ix));
@@ -66,4 +76,50 @@ pub fn show(
                 }
             });
         });
+}
+
+/// `label` below a picture, in as many rows as there is room for; dots end what does not fit.
+fn caption(
+    painter: &Painter,
+    label: &str,
+    font: FontId,
+    color: Color32,
+    width: f32,
+) -> Arc<Galley> {
+    let mut job = LayoutJob::simple(label.to_owned(), font, color, width);
+    job.wrap.max_rows = CAPTION_ROWS;
+    painter.layout_job(job)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn captions_stay_within_their_pictures() {
+        let egui = egui::Context::default();
+        theme::apply(&egui);
+        let width = SIZE[0] as f32;
+        let mut shown = Vec::new();
+        let output = egui.run_ui(egui::RawInput::default(), |ui| {
+            let font = egui::TextStyle::Small.resolve(ui.style());
+            shown = [
+                "As opened",
+                "Absorption green",
+                "Secondary highlight width of the tips",
+            ]
+            .map(|label| caption(ui.painter(), label, font.clone(), theme::WEAK, width))
+            .to_vec();
+        });
+        output.drop_without_applying_deltas();
+        let rows: Vec<usize> = shown.iter().map(|galley| galley.rows.len()).collect();
+        assert_eq!(rows, [1, 2, 2]);
+        assert!(
+            shown
+                .iter()
+                .all(|galley| galley.size().x <= width && galley.size().y <= CAPTION)
+        );
+        let is_cut: Vec<bool> = shown.iter().map(|galley| galley.elided).collect();
+        assert_eq!(is_cut, [false, false, true]);
+    }
 }

@@ -2,7 +2,9 @@
 
 use egui::Ui;
 use strandlight_formats::params::{MOTION, WIND};
-use strandlight_formats::{Groom, MAX_PROXIES, MotionSection, ProxySection, Scene, WindSection};
+use strandlight_formats::{
+    Groom, MAX_PROXIES, MotionSection, ProxySection, Scene, WindSection, counted,
+};
 
 use crate::ui::field::{Changes, Field, named, row};
 use crate::ui::orbit::Bounds;
@@ -104,7 +106,7 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, state: &mut MotionState, changes: &m
         for param in MOTION.params {
             rows.show(ui, param, changes);
         }
-        ui.label(format!("{} grooms", motion.frames.len()));
+        ui.label(counted(motion.frames.len(), "groom", "grooms"));
     }
     if let Some(wind) = &mut motion.wind {
         blow(ui, wind, changes);

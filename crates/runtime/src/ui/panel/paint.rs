@@ -380,10 +380,10 @@ impl PaintState {
     }
 
     /// The photo in its window, if it is open.
-    pub fn show_photo(&mut self, ctx: &egui::Context, changes: &mut Changes) {
+    pub fn show_photo(&mut self, ctx: &egui::Context, picture: egui::Rect, changes: &mut Changes) {
         let mut is_open = self.is_photo_open;
         if let (true, Some(photo)) = (is_open, &mut self.photo) {
-            let picked = photo.show(ctx, &mut is_open, changes);
+            let picked = photo.show(ctx, picture, &mut is_open, changes);
             self.is_photo_open = is_open;
             if let Some(color) = picked {
                 self.dye(color);

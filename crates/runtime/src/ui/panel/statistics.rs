@@ -1,6 +1,7 @@
 //! What a frame costs, and what it left out.
 
 use egui::{Grid, RichText, Ui};
+use strandlight_formats::counted;
 
 use crate::ui::theme;
 use crate::viewer::Viewer;
@@ -69,7 +70,11 @@ pub fn show(ui: &mut Ui, viewer: &Viewer, progress: &PictureProgress, times: Fra
         };
         line(
             "Hair",
-            format!("{n_strands} strands, {n_points} points{drawn}"),
+            format!(
+                "{}, {}{drawn}",
+                counted(n_strands, "strand", "strands"),
+                counted(n_points, "point", "points")
+            ),
             "As the groom's file has them; long segments are drawn in pieces",
         );
         line(
@@ -153,8 +158,8 @@ fn terms(ui: &mut Ui, report: &RenderReport) {
             _ => "that the picture does not show",
         };
         ui.label(format!(
-            "{} points {what}, not shaded",
-            stats.points_skipped
+            "{} {what}, not shaded",
+            counted(stats.points_skipped, "point", "points")
         ));
     }
     for skipped in &stats.skipped {

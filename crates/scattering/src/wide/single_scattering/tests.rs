@@ -319,7 +319,7 @@ fn nonsense_is_survived() {
     assert_eq!(n, levels().len() * 49);
 }
 
-/// Painted points, whose lobes are found one lane after the other.
+/// Painted points, whose lobes are made texels of a fibre.
 #[test]
 fn painted_hair_answers_as_in_scalar_code() {
     let fixture = Fixture::new();
@@ -341,6 +341,16 @@ fn painted_hair_answers_as_in_scalar_code() {
         tt: lobes(&tt),
         trt: lobes(&trt),
     };
+    let mut of_point = [closed_form::PointLobes::default(), Default::default()];
+    of_point[0].take(&shading.tt);
+    of_point[1].take(&shading.trt);
+    let of_texels = Shading {
+        fibre: uniform.fibre,
+        tables: uniform.tables,
+        reflectance: uniform.reflectance,
+        tt: of_point[0].view(),
+        trt: of_point[1].view(),
+    };
     let (directions, lambdas) = lights(&mut random, 21);
     let wide = WideLights::new(&directions, &lambdas);
     let (mut found, mut expected) = (Vec::new(), Vec::new());
@@ -352,7 +362,7 @@ fn painted_hair_answers_as_in_scalar_code() {
             &wide,
             &[1.0; 64],
             &[place],
-            &shading,
+            &of_texels,
             None,
             &mut responses,
         );

@@ -1,6 +1,7 @@
 //! The error against the number of lights, both axes logarithmic.
 
 use std::fmt::Write as _;
+use strandlight_formats::counted;
 
 use strandlight_bake::lights::{CountError, Metric};
 
@@ -67,8 +68,8 @@ pub fn svg(points: &[CountError], chosen: usize, limit: Option<(f64, &str)>) -> 
             let radius = if point.count == chosen { 6 } else { 3 };
             let _ = write!(
                 out,
-                "<circle{ring} cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\"><title>{} lights: {name} error {}</title></circle>",
-                point.count,
+                "<circle{ring} cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\"><title>{}: {name} error {}</title></circle>",
+                counted(point.count, "light", "lights"),
                 percent(metric.of(point))
             );
         }

@@ -1,8 +1,7 @@
-//! Visible points with the scene's fibre, which tables of multiple scattering serve: eight lights at a time, and what
-//! arrives at them is kept for edits.
+//! Visible points that tables of multiple scattering serve: those with the scene's fibre, and painted ones that differ in
+//! absorption. They are shaded eight lights at a time, and what arrives at them is kept for edits.
 
 use strandlight_scattering::closed_form::WidthProfile;
-use strandlight_scattering::multiple_tables::MultipleTables;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::scene::LightRecord;
@@ -12,7 +11,7 @@ use super::super::draft_multiple::DraftMultiple;
 use super::super::proxies::Proxies;
 use super::super::radiance::{Radiance, RadianceBefore};
 use super::super::shade::Counts;
-use super::super::shade_wide::{WideShader, Written};
+use super::super::shade_wide::{Fibres, SceneTables, WideShader, Written};
 use super::super::through_shares::Maps;
 use super::super::visible::VisiblePoints;
 use super::inputs::{Inputs, is_plain};
@@ -21,7 +20,7 @@ use super::parts::{Bounced, FindingBounced, Quality, Shading, Shadowing};
 
 /// What is kept of them.
 #[derive(Default)]
-pub(super) struct PlainPoints {
+pub(super) struct ServedPoints {
     /// What arrives of a group of lights.
     pub arriving: Option<Arriving>,
     /// That of the view before, and its visible points.
@@ -35,17 +34,19 @@ pub(super) struct PlainPoints {
     /// Light of the proxies that the points scatter, and that of proxies in other light, which will take its place.
     pub bounced: Option<Bounced>,
     pub finding_bounced: Option<FindingBounced>,
-    /// What it was before an edit that left shadows as they were, until it is found.
+    /// What it was before an edit that left shadows as they were, or in the view before, until it is found.
     pub bounced_before: Option<RadianceBefore>,
+    /// That of the last view in which it was found, and the visible points there.
+    bounced_of_view: Option<(Vec<u32>, Radiance)>,
 }
 
-impl PlainPoints {
-    /// Radiance of some points without [bounce light](PlainPoints::bounced_at), or nothing yet: then something was found that
+impl ServedPoints {
+    /// Radiance of some points without [bounce light](ServedPoints::bounced_at), or nothing yet: then something was found that
     /// it needs, or that light does.
     pub fn shade(
         &mut self,
         inputs: &Inputs,
-        tables: &MultipleTables,
+        tables: &SceneTables,
         shading: &Shading,
         places: &[u32],
     ) -> Option<(Radiance, Counts)> {
@@ -67,7 +68,7 @@ impl PlainPoints {
         let has_few = inputs.picturing.has_drafts
             && !shading.has_first()
             && match shading.quality {
-                Quality::Draft => true,
+                quality if quality.is_draft() => true,
                 // The rest is found for the plain points that follow.
                 _ => {
                     self.bounced_before.is_some()
@@ -75,7 +76,8 @@ impl PlainPoints {
                 }
             };
         let found = (&mut self.bounced, &mut self.finding_bounced);
-        if !step_bounced(found, (inputs, has_few), &shader) {
+        let is_wanted = tables.plain.is_some() && inputs.has_plain;
+        if is_wanted && !step_bounced(found, (inputs, has_few), &shader) {
             return None;
         }
         if self.finding_bounced.is_none() {
@@ -98,15 +100,29 @@ impl PlainPoints {
             (_, Some(kept)) => kept.take(records, places, &shaded.numbers),
             _ => {}
         }
-        Some((shaded.radiance, shaded.counts))
+        let mut radiance = shaded.radiance;
+        if let Some(bounce) = inputs.bounce.filter(|_| shading.group == 0) {
+            // Light of proxies at painted points, which paint changes, is not kept.
+            let is_painted = |place: &u32| !is_plain(scene.paint(), inputs.visible, *place);
+            let (ixs, painted): (Vec<u32>, Vec<u32>) = (0..)
+                .zip(places)
+                .filter(|(_, place)| is_painted(place))
+                .unzip();
+            let visible = &inputs.visible.points;
+            let found = shader.shade_bounce(bounce, (&painted, visible), Fibres::OfPoints);
+            for (ix, found) in ixs.iter().zip(&found) {
+                radiance.add_at(*ix, found);
+            }
+        }
+        Some((radiance, shaded.counts))
     }
 
-    /// Radiance of some of the `visible` points in the shadows of maps, without [bounce light](PlainPoints::bounced_at), by what a draft
+    /// Radiance of some of the `visible` points in the shadows of maps, without [bounce light](ServedPoints::bounced_at), by what a draft
     /// wrote down.
     pub fn shadowed(
         &self,
         (scene, seen): (&PreparedScene, (&ViewUniform, Option<&WidthProfile>)),
-        tables: &MultipleTables,
+        tables: &SceneTables,
         (records, maps): (&[LightRecord], Maps),
         points: (&[u32], &[u32]),
         Shadowing { between, peaks, .. }: &Shadowing,
@@ -136,6 +152,22 @@ impl PlainPoints {
         self.finding_bounced = None;
     }
 
+    /// The view changes, which shows these `visible` points if it was drawn.
+    pub fn keep_bounced(&mut self, visible: Option<&[u32]>) {
+        let bounced = self.bounced.take_if(|bounced| bounced.is_current);
+        if let Some((visible, bounced)) = visible.zip(bounced) {
+            self.bounced_of_view = Some((visible.to_vec(), bounced.light));
+        }
+        (self.bounced, self.bounced_before, self.finding_bounced) = (None, None, None);
+    }
+
+    /// The `visible` points of the view are known.
+    pub fn carry_bounced(&mut self, visible: &[u32]) {
+        let before = self.bounced_of_view.as_ref();
+        self.bounced_before =
+            before.map(|(seen, light)| RadianceBefore::of_view(seen, light, visible));
+    }
+
     /// What the points of a draft came to is that of another scene or view, or there is a better picture.
     pub fn forget_draft(&mut self) {
         (self.draft_multiple, self.shadowing) = (None, None);
@@ -151,6 +183,7 @@ impl PlainPoints {
     /// Nothing is known of the light of the proxies.
     pub fn forget_bounced(&mut self) {
         (self.bounced, self.bounced_before, self.finding_bounced) = (None, None, None);
+        self.bounced_of_view = None;
     }
 
     /// Works a little on what arrives of the lights under way; answers whether all is known.
@@ -174,8 +207,8 @@ impl PlainPoints {
         let scene = inputs.picturing.scene;
         let of_lights = (&lights.records[..], inputs.records);
         // Drafts and first pictures show no others.
-        let has_few = shading.quality == Quality::Draft
-            || inputs.picturing.has_drafts && !shading.has_first();
+        let has_few =
+            shading.quality.is_draft() || inputs.picturing.has_drafts && !shading.has_first();
         let some = has_few.then(|| &shading.order[..shading.n_first]);
         if !arriving.find(scene, inputs.grid, of_lights, (visible, some)) {
             return false;
@@ -239,7 +272,8 @@ fn step_bounced(
     }
     let missing = &visible.of_bounce[under_way.n_done..n_wanted];
     let missing = &missing[..missing.len().min(inputs.slice())];
-    let found = shader.shade_bounce(bounce, missing, &visible.points);
+    let of_places = (missing, &visible.points[..]);
+    let found = shader.shade_bounce(bounce, of_places, Fibres::OfScene);
     for (&place, found) in missing.iter().zip(found) {
         under_way.light.at[place as usize] = found;
     }

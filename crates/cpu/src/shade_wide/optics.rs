@@ -1,0 +1,219 @@
+//! What shading reads of the fibre at a point: that of the scene, or that of a painted point.
+
+use strandlight_scattering::closed_form::{
+    AverageRow, Fibre, ForwardTable, PaintedHair, PaintedViews, PointLobes, Shading, TERM_GLOBAL,
+    TERM_LOCAL, TERM_SINGLE, painted_averages, painted_fibre, painted_shading, unpack_paint,
+};
+use strandlight_scattering::multiple_tables::{
+    MultipleTables, PaintedPlaces, PaintedTables, painted_forward_table,
+};
+use strandlight_scattering::wide::{Simd, f32x8};
+use strandlight_scene::PreparedScene;
+use strandlight_scene::paint::PaintedPoint;
+
+/// Multiple scattering of eight lights at a point, by channel.
+type Rgb<S> = [f32x8<S>; 3];
+
+/// Eight lights as seen in the frame of a point whose view has this inclination.
+#[derive(Clone, Copy)]
+pub(super) struct Seen<S: Simd> {
+    pub theta: f32x8<S>,
+    pub cos_theta: f32x8<S>,
+    pub cos_delta: f32x8<S>,
+    pub theta_o: f32,
+}
+
+/// A fibre at a point.
+pub(super) trait PointOptics {
+    /// For single scattering.
+    fn shading(&self) -> &Shading<'_>;
+    /// Of the hair between the lights and the point.
+    fn forward(&self) -> &ForwardTable;
+    /// Global and local scattering of light of width `sigma_f`.
+    fn at_lights<S: Simd>(&self, seen: &Seen<S>, sigma_f: f32x8<S>) -> (Rgb<S>, Rgb<S>);
+    /// Direct local scattering of lights of width `lambda`.
+    fn direct_at_lights<S: Simd>(&self, seen: &Seen<S>, lambda: f32x8<S>) -> Rgb<S>;
+    /// Is it the scene's?
+    fn is_plain(&self) -> bool;
+}
+
+/// The scene's fibre.
+pub(super) struct PlainOptics<'a> {
+    pub shading: Shading<'a>,
+    pub forward: ForwardTable,
+    pub tables: &'a MultipleTables,
+}
+
+impl PointOptics for PlainOptics<'_> {
+    #[inline(always)]
+    fn shading(&self) -> &Shading<'_> {
+        &self.shading
+    }
+
+    #[inline(always)]
+    fn forward(&self) -> &ForwardTable {
+        &self.forward
+    }
+
+    #[inline(always)]
+    fn at_lights<S: Simd>(&self, seen: &Seen<S>, sigma_f: f32x8<S>) -> (Rgb<S>, Rgb<S>) {
+        self.tables
+            .at_lights(seen.theta, seen.theta_o, seen.cos_delta, sigma_f)
+    }
+
+    #[inline(always)]
+    fn direct_at_lights<S: Simd>(&self, seen: &Seen<S>, lambda: f32x8<S>) -> Rgb<S> {
+        let Seen {
+            theta,
+            cos_theta,
+            cos_delta,
+            theta_o,
+        } = *seen;
+        self.tables
+            .direct_at_lights(theta, cos_theta, theta_o, cos_delta, lambda)
+    }
+
+    #[inline(always)]
+    fn is_plain(&self) -> bool {
+        true
+    }
+}
+
+/// What painted points have in common.
+pub(super) struct Painted<'a> {
+    scene: &'a PreparedScene,
+    paint: &'a [PaintedPoint],
+    hair: PaintedHair,
+    tables: &'a PaintedTables,
+}
+
+/// What the last painted points had: the next is often like them.
+#[derive(Default)]
+pub(super) struct LastPainted {
+    /// Absorption, and lobes of TT and TRT.
+    lobes: Option<[f32; 3]>,
+    tt: PointLobes,
+    trt: PointLobes,
+    /// Where averages of the hair around stood, and what is read of them.
+    forward: Option<(AverageRow, Box<ForwardTable>)>,
+}
+
+/// A painted point: its fibre, and where its averages stand.
+pub(super) struct PaintedPointFibre {
+    fibre: Fibre,
+    places: PaintedPlaces,
+    row: AverageRow,
+}
+
+/// The fibre of a painted point.
+pub(super) struct PaintedOptics<'a> {
+    shading: Shading<'a>,
+    forward: &'a ForwardTable,
+    tables: &'a PaintedTables,
+    places: PaintedPlaces,
+}
+
+/// Where there is no multiple scattering.
+const NO_FORWARD: ForwardTable = [[0.0; 4]; size_of::<ForwardTable>() / 16];
+
+impl<'a> Painted<'a> {
+    /// Of the paint of `scene`, if there is any.
+    pub fn new(scene: &'a PreparedScene, tables: &'a PaintedTables) -> Option<Painted<'a>> {
+        Some(Painted {
+            paint: scene.paint()?,
+            hair: scene.hair.optics().painted_hair(),
+            tables,
+            scene,
+        })
+    }
+
+    /// What all of them read.
+    pub fn views(&self) -> PaintedViews<'_> {
+        let optics = self.scene.hair.optics();
+        optics.painted_views(&self.hair, self.scene.tables.view())
+    }
+
+    /// The fibre of a point, if it has one of its own.
+    #[inline(always)]
+    pub fn at(&self, views: &PaintedViews, point: usize) -> Option<PaintedPointFibre> {
+        let paint = &self.paint[point];
+        if !paint.is_painted() {
+            return None;
+        }
+        let paint = unpack_paint(&paint.texel());
+        let fibre = painted_fibre(&self.hair.fibre, &paint);
+        Some(PaintedPointFibre {
+            places: PaintedPlaces::of(&fibre, &paint),
+            row: painted_averages(views.averages, &fibre, &paint).row,
+            fibre,
+        })
+    }
+
+    /// What shading reads there.
+    #[inline(always)]
+    pub fn optics<'b>(
+        &'b self,
+        views: &PaintedViews<'b>,
+        of: &'b PaintedPointFibre,
+        last: &'b mut LastPainted,
+    ) -> PaintedOptics<'b> {
+        let terms = self.scene.terms();
+        let has_forward = terms & (TERM_GLOBAL | TERM_LOCAL) == 0
+            || (last.forward.as_ref()).is_some_and(|(row, _)| *row == of.row);
+        if !has_forward {
+            let table = painted_forward_table(&views.averages, &of.row);
+            last.forward = Some((of.row, Box::new(table)));
+        }
+        let sigma_a = of.fibre.sigma_a;
+        if terms & TERM_SINGLE != 0 && last.lobes != Some(sigma_a) {
+            let shading = painted_shading(views, &of.fibre);
+            last.tt.take(&shading.tt);
+            last.trt.take(&shading.trt);
+            last.lobes = Some(sigma_a);
+        }
+        PaintedOptics {
+            shading: Shading {
+                fibre: &of.fibre,
+                tables: views.tables,
+                reflectance: &views.hair.reflectance,
+                tt: last.tt.view(),
+                trt: last.trt.view(),
+            },
+            forward: (last.forward.as_ref()).map_or(&NO_FORWARD, |(_, table)| table),
+            tables: self.tables,
+            places: of.places,
+        }
+    }
+}
+
+impl PointOptics for PaintedOptics<'_> {
+    #[inline(always)]
+    fn shading(&self) -> &Shading<'_> {
+        &self.shading
+    }
+
+    #[inline(always)]
+    fn forward(&self) -> &ForwardTable {
+        self.forward
+    }
+
+    #[inline(always)]
+    fn at_lights<S: Simd>(&self, seen: &Seen<S>, sigma_f: f32x8<S>) -> (Rgb<S>, Rgb<S>) {
+        let (theta_o, cos_delta) = (seen.theta_o, seen.cos_delta);
+        self.tables
+            .at_lights(&self.places, seen.theta, theta_o, cos_delta, sigma_f)
+    }
+
+    #[inline(always)]
+    fn direct_at_lights<S: Simd>(&self, seen: &Seen<S>, lambda: f32x8<S>) -> Rgb<S> {
+        let inclined = (seen.theta, seen.cos_theta);
+        let (theta_o, cos_delta) = (seen.theta_o, seen.cos_delta);
+        self.tables
+            .direct_at_lights(&self.places, inclined, theta_o, cos_delta, lambda)
+    }
+
+    #[inline(always)]
+    fn is_plain(&self) -> bool {
+        false
+    }
+}
