@@ -11,6 +11,23 @@ const TERM_GLOBAL: u32 = 4u;
 const DENSITY_BLOCKED: f32 = 0.7;
 const DENSITY_OPEN: f32 = 1.65;
 
+// Share of the light that hair behind a point blocks, from which on that hair counts as layers without end.
+const CLOSED_FROM: f32 = 0.8;
+
+// Shares of light that come through the hair along x, y and z: from above, that is from +x, +y, +z, and from below.
+struct AxisShares {
+    above: vec3f,
+    below: vec3f,
+}
+
+// Factor on local scattering of light from the unit vector `towards`: 0 where no hair is behind the point, away from the
+// light, to send it back.
+fn local_density(axis_shares: AxisShares, towards: vec3f) -> f32 {
+    let away = select(axis_shares.above, axis_shares.below, towards > vec3f(0.0));
+    let open = dot(towards * towards, away);
+    return clamp((1.0 - open) * (1.0 / CLOSED_FROM), 0.0, 1.0);
+}
+
 // Light that reaches a point after forward scattering.
 struct ForwardLight {
     // T_f - T.

@@ -81,6 +81,13 @@
 @group(0) @binding(25) var<uniform> profile: WidthProfile;
 // #endif
 
+// How open the hair is along the axes around each voxel of the shadow volume, see pass/voxelise.
+@group(0) @binding(26) var axis_shares: texture_3d<u32>;
+// #if BOUNCE
+// That of the shadow volume.
+@group(0) @binding(27) var<uniform> hair_grid: Grid;
+// #endif
+
 const MAPS_PER_WORD: u32 = 4u;
 
 // The terms that are drawn; the others are not part of the pipeline.
@@ -153,6 +160,24 @@ fn record_at(first: u32, g: vec3f) -> ShadowRecord {
     return ShadowRecord(numbers.xyz, numbers.w);
 }
 // #endif
+
+// Trilinear look-up of how open the hair is.
+fn axis_shares_at(g: vec3f) -> AxisShares {
+    let base = vec3u(g);
+    let f = g - vec3f(base);
+    var sums = array<vec2f, 3>();
+    for (var corner = 0u; corner < 8u; corner++) {
+        let offset = vec3u(corner & 1u, (corner >> 1u) & 1u, corner >> 2u);
+        let w = select(1.0 - f, f, offset == vec3u(1u));
+        let voxel = base + offset;
+        for (var axis = 0u; axis < 3u; axis++) {
+            let texel = textureLoad(axis_shares, vec3u(3u * voxel.x + axis, voxel.yz), 0).x;
+            sums[axis] += (w.x * w.y * w.z) * unpack2x16unorm(texel);
+        }
+    }
+    return AxisShares(
+        vec3f(sums[0].x, sums[1].x, sums[2].x), vec3f(sums[0].y, sums[1].y, sums[2].y));
+}
 
 // The point at a place of the batch.
 fn shaded_point(place: u32) -> u32 {
@@ -248,6 +273,14 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
 // #if BOUNCE
     var lobes = bounced_at(grid_position(grid, position));
 // #endif
+    var around = AxisShares();
+    if (TERMS & TERM_LOCAL) != 0u {
+// #if BOUNCE
+        around = axis_shares_at(grid_position(hair_grid, position));
+// #else
+        around = axis_shares_at(grid_position(grid, position));
+// #endif
+    }
     for (var ix = 0u; ix < batch.n_lights; ix++) {
 // #if BOUNCE
         let scale = 1.0 / view.radiance_scale;
@@ -268,6 +301,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         }
 // #endif
         let direct_power = max(unblocked, unblocked_tt) * light.power;
+        let density_back = batch.density_back * local_density(around, light.direction);
         let source = light_in_frame(frame * light.direction, light.lambda);
 // #if TABLES
         let towards = source.direction;
@@ -297,7 +331,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
 // #else
             let scattered = direct_local_scattering(source, eye, averages, row);
 // #endif
-            let factor = batch.density_back * unblocked * light.solid_angle;
+            let factor = density_back * unblocked * light.solid_angle;
             sum += factor * light.rgb * scattered;
             evaluated.y++;
         }
@@ -341,7 +375,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             let local =
                 local_scattering(source.direction, eye, arriving.sigma_f, averages, row);
 // #endif
-            sum += batch.density_back * radiance_in * local;
+            sum += density_back * radiance_in * local;
             evaluated.w++;
         }
     }

@@ -1,7 +1,7 @@
 // Splats the strands into the shadow volume: area density A = sum of length * diameter / h^3 and
 // its orientation tensor Q = sum of length * diameter * u u^T / h^3, with trilinear weights.
 // Sums are 64-bit fixed point in two words, so their order does not matter.
-// Twin: crates/cpu/src/voxelise.rs.
+// Twins: crates/cpu/src/voxelise.rs, crates/cpu/src/axis_shares.rs.
 // #import lib/grid
 
 @group(0) @binding(0) var<uniform> grid: Grid;
@@ -9,6 +9,8 @@
 @group(0) @binding(2) var<storage, read> segments: array<u32>;
 @group(0) @binding(3) var<storage, read_write> sums: array<atomic<u32>>;
 @group(0) @binding(4) var<storage, read_write> volume: array<vec4f>;
+// Three texels a voxel, of x, y and z: unorm16 of light from above, then from below.
+@group(0) @binding(5) var axis_shares: texture_storage_3d<r32uint, write>;
 
 fn add(cell: u32, value: f32) {
     let quanta = i32(round(value));
@@ -84,4 +86,50 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
     let cell = 7u * voxel;
     volume[2u * voxel] = vec4f(density(cell), density(cell + 1u), density(cell + 2u), density(cell + 3u));
     volume[2u * voxel + 1u] = vec4f(density(cell + 4u), density(cell + 5u), density(cell + 6u), 0.0);
+}
+
+// One thread a column of voxels, those along x first, then y, then z: what of the light along it comes through the hair to
+// each voxel, up to SELF_LIFT before its centre.
+@compute @workgroup_size(64)
+fn find_axis_shares(@builtin(global_invocation_id) id: vec3u) {
+    let n = grid.dims;
+    let n_columns = vec3u(n.y * n.z, n.x * n.z, n.x * n.y);
+    var axis = 0u;
+    var column = id.x;
+    while axis < 3u && column >= n_columns[axis] {
+        column -= n_columns[axis];
+        axis++;
+    }
+    if axis == 3u {
+        return;
+    }
+    let b = select(0u, 1u, axis == 0u);
+    let c = select(2u, 1u, axis == 2u);
+    var voxel = vec3u(0u);
+    voxel[b] = column % n[b];
+    voxel[c] = column / n[b];
+    var d = vec3f(0.0);
+    d[axis] = 1.0;
+    var all = 0.0;
+    for (var ix = 0u; ix < n[axis]; ix++) {
+        voxel[axis] = ix;
+        all += depth_along(voxel, d);
+    }
+    var below = 0.0;
+    for (var ix = 0u; ix < n[axis]; ix++) {
+        voxel[axis] = ix;
+        let depth = depth_along(voxel, d);
+        let above = max(all - below - depth, 0.0);
+        let here = (0.5 - SELF_LIFT) * depth;
+        let shares = exp(-vec2f(above + here, below + here));
+        let texel = vec3u(3u * voxel.x + axis, voxel.yz);
+        textureStore(axis_shares, texel, vec4u(pack2x16unorm(shares), 0u, 0u, 0u));
+        below += depth;
+    }
+}
+
+// Optical depth of a voxel.
+fn depth_along(voxel: vec3u, d: vec3f) -> f32 {
+    let at = 2u * voxel_index(grid, voxel);
+    return grid.h * extinction(volume[at], volume[at + 1u], d).x;
 }

@@ -188,7 +188,12 @@ impl Frame {
     fn forget(&mut self, stage: Stage) {
         match stage {
             Stage::Voxelise => {
-                (self.voxelising, self.volume, self.strip_order) = (None, None, None);
+                (
+                    self.voxelising,
+                    self.volume,
+                    self.axis_shares,
+                    self.strip_order,
+                ) = (None, None, None, None);
             }
             Stage::Transmittance => {
                 (

@@ -37,6 +37,7 @@
 
 mod along_segments;
 mod arriving;
+mod axis_shares;
 #[cfg(not(target_arch = "wasm32"))]
 mod background;
 mod bounce;

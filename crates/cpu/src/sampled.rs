@@ -12,6 +12,7 @@ use strandlight_scene::stats::{LIGHTING_SHARE, Observer, Stage};
 use strandlight_scene::volume::Grid;
 use strandlight_scene::{Picture, PreparedScene, RenderError, Stats};
 
+use super::axis_shares::AxisShares;
 use super::bounce::BounceRays;
 use super::composite::composite;
 use super::project::project;
@@ -190,6 +191,8 @@ fn light(
         gpu_milliseconds: None,
     });
     let voxels = beside.places_of_voxels(grid);
+    let axis_shares = AxisShares::if_drawn(scene, grid, volume);
+    let axis_shares = axis_shares.as_ref();
     for batch in lights.chunks(LIGHT_BATCH) {
         let ((found, n_open), seconds) = timed(|| match shadows {
             ShadowSource::Sweep => {
@@ -201,8 +204,18 @@ fn light(
         });
         sweep_s += seconds;
         bytes = bytes.max(found.bytes());
-        let (batch_counts, seconds) =
-            timed(|| shade(scene, view, grid, batch, &found, &visibility, &mut radiance));
+        let (batch_counts, seconds) = timed(|| {
+            let around = (grid, axis_shares);
+            shade(
+                scene,
+                view,
+                around,
+                batch,
+                &found,
+                &visibility,
+                &mut radiance,
+            )
+        });
         shade_s += seconds;
         if let Shadows::Volume(packed) = &found {
             let of_view = (view, &passed_weights(scene));
@@ -222,7 +235,7 @@ fn light(
             }
             rays.reflect(&passed_weights(scene), proxies);
             let bounce = rays.light(proxies.at_surfaces());
-            shade_bounce(scene, view, &bounce, &mut radiance);
+            shade_bounce(scene, view, axis_shares, &bounce, &mut radiance);
         });
         shade_s += seconds;
     }

@@ -5,9 +5,9 @@ use rayon::prelude::*;
 use strandlight_scattering::closed_form::{
     DirectionInFrame, ForwardTable, LightInFrame, PackedRecord, PaintedHair, SampleAverages,
     SampleLobes, Shading, ShadowRecord, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, WidthProfile,
-    direct_local_scattering, forward_light, forward_table, global_scattering, local_scattering,
-    painted_averages, painted_fibre, painted_shading, sample_forward, sample_painted_forward,
-    shadowed_single_scattering, unpack_paint, unpack_record,
+    direct_local_scattering, forward_light, forward_table, global_scattering, local_density,
+    local_scattering, painted_averages, painted_fibre, painted_shading, sample_forward,
+    sample_painted_forward, shadowed_single_scattering, unpack_paint, unpack_record,
 };
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::{ViewUniform, screen_position, shading_margin};
@@ -17,6 +17,7 @@ use strandlight_scene::strands::Strands;
 use strandlight_scene::volume::{Grid, SELF_LIFT};
 
 use super::along_segments::{Along, Answers, Nodes, PLACES, add_along, frames_about, shares_along};
+use super::axis_shares::AxisShares;
 use super::bounce::BounceLight;
 use super::radiance::{Radiance, mean};
 use super::shadow_map::Visibility;
@@ -44,11 +45,12 @@ impl Counts {
 }
 
 /// Adds the lights of a batch to the `radiance` of all points, times the view's radiance scale.
-/// `shadows` are those of the batch, `visibility` that of the shadow maps.
+/// `shadows` are those of the batch, `visibility` that of the shadow maps; `axis_shares` are there where local
+/// scattering is drawn.
 pub(super) fn shade(
     scene: &PreparedScene,
     view: &ViewUniform,
-    grid: &Grid,
+    (grid, axis_shares): (&Grid, Option<&AxisShares>),
     lights: &[LightRecord],
     shadows: &Shadows,
     visibility: &Visibility,
@@ -61,7 +63,7 @@ pub(super) fn shade(
     along.resize_with(n_points, || None);
     let reaching = Reaching::new(scene, grid, shadows, visibility);
     let profile = scene.width_profile(view, None);
-    let shader = PointShader::new(scene, view, profile.as_ref());
+    let shader = PointShader::new(scene, view, profile.as_ref(), axis_shares);
     at.par_iter_mut()
         .zip(along)
         .enumerate()
@@ -133,10 +135,11 @@ impl<'a> Reaching<'a> {
 pub(super) fn shade_bounce(
     scene: &PreparedScene,
     view: &ViewUniform,
+    axis_shares: Option<&AxisShares>,
     bounce: &BounceLight,
     radiance: &mut Radiance,
 ) {
-    let shader = PointShader::new(scene, view, None);
+    let shader = PointShader::new(scene, view, None, axis_shares);
     let points = radiance.at.par_iter_mut().enumerate();
     points.for_each(|(point, radiance)| {
         if in_view(view, &scene.strands, point) {
@@ -157,14 +160,17 @@ pub(super) struct PointShader<'a> {
     hair: PaintedHair,
     terms: Terms,
     profile: Option<&'a WidthProfile>,
+    axis_shares: Option<&'a AxisShares>,
 }
 
 impl<'a> PointShader<'a> {
-    /// For the points of `scene` as `view` sees them, with a `profile` where strands are wide.
+    /// For the points of `scene` as `view` sees them, with a `profile` where strands are wide, and `axis_shares` where local
+    /// scattering is drawn.
     pub fn new(
         scene: &'a PreparedScene,
         view: &'a ViewUniform,
         profile: Option<&'a WidthProfile>,
+        axis_shares: Option<&'a AxisShares>,
     ) -> PointShader<'a> {
         let optics = scene.hair.optics();
         PointShader {
@@ -175,6 +181,7 @@ impl<'a> PointShader<'a> {
             hair: optics.painted_hair(),
             terms: Terms::new(scene),
             profile,
+            axis_shares,
         }
     }
 
@@ -197,6 +204,9 @@ impl<'a> PointShader<'a> {
         let [u, v, w] = strands.frame(point);
         let in_frame = |d: Vec3| [u.dot(d), v.dot(d), w.dot(d)];
         let eye = DirectionInFrame::from_vector(in_frame(Vec3::from(self.view.eye) - position));
+        let around = self
+            .axis_shares
+            .map_or([0.0; 6], |shares| shares.at(position));
         let paint = scene
             .paint()
             .map(|paint| unpack_paint(&paint[point].texel()));
@@ -224,6 +234,7 @@ impl<'a> PointShader<'a> {
                 source: &source,
                 eye: &eye,
                 scale: self.view.radiance_scale,
+                density_back: terms.densities[1] * local_density(&around, light.direction),
                 sides: self.profile.map(|profile| profile.sides(&source, &eye)),
             };
             let arriving = (&record, unblocked, unblocked_tt);
@@ -301,6 +312,8 @@ struct LightAt<'a> {
     eye: &'a DirectionInFrame,
     /// The view's radiance scale.
     scale: f32,
+    /// d_b B.
+    density_back: f32,
     /// Factors of its modes over the width of a strand, where that is wide.
     sides: Option<[f32; 3]>,
 }
@@ -351,6 +364,7 @@ impl Terms {
             source,
             eye,
             scale,
+            density_back,
             sides,
         } = of_light;
         let is_along = along.is_some();
@@ -385,7 +399,7 @@ impl Terms {
             }
             evaluated[term] += 1;
         };
-        let [density_forward, density_back] = self.densities;
+        let [density_forward, _] = self.densities;
         let direct_power = unblocked.max(unblocked_tt) * light.power;
         let has_single = self.bits & TERM_SINGLE != 0 && direct_power >= self.min_power;
         if has_single && !is_along {

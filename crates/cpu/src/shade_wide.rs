@@ -12,7 +12,7 @@ use strandlight_scattering::closed_form::{
 use strandlight_scattering::multiple_tables::{MultipleTables, PaintedTables};
 use strandlight_scattering::wide::{
     Directions, LANES, Level, Peaks, Place, Responses, Roulette, ShadowRecords, Simd, WideLights,
-    dispatch, f32x8, forward_light, prelude::*, sample_forward, single_scattering,
+    dispatch, f32x8, forward_light, local_density, prelude::*, sample_forward, single_scattering,
 };
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::ViewUniform;
@@ -25,6 +25,7 @@ mod shadowed;
 
 use super::along_segments::{Along, Nodes, PLACES, add_along, frames_about, shares_along};
 use super::arriving::{Arriving, lit_columns};
+use super::axis_shares::AxisShares;
 use super::draft_multiple::{DraftPoint, LightColumns};
 use super::frame::kept::{N_NODES, narrow_columns};
 use super::halves::{half, n_numbers};
@@ -91,6 +92,8 @@ pub(super) struct WideShader<'a> {
     wide_narrow: WideLights,
     /// What shadow maps say, once there are some.
     maps: Option<&'a Unblocked>,
+    /// Where local scattering is drawn.
+    axis_shares: Option<&'a AxisShares>,
     /// Where strands are wide.
     profile: Option<&'a WidthProfile>,
 }
@@ -163,14 +166,14 @@ pub(super) struct WideShaded {
 }
 
 impl<'a> WideShader<'a> {
-    /// For the `lights` that arrive, as `view` sees `scene`, narrow ones along segments by `maps`, once there are some. By
-    /// `peaks`, of drafts, what hardly counts is left to chance. Wide strands have a `profile`.
+    /// For the `lights` that arrive, as `view` sees `scene`, narrow ones along segments by `maps`, once there are some; with
+    /// `axis_shares` where local scattering is drawn. By `peaks`, of drafts, what hardly counts is left to chance. Wide strands have a `profile`.
     pub fn new(
         scene: &'a PreparedScene,
         (view, profile): (&'a ViewUniform, Option<&'a WidthProfile>),
         tables: &'a SceneTables,
         (arriving, lights): (&'a Arriving, &[LightRecord]),
-        maps: Option<&'a Unblocked>,
+        (maps, axis_shares): (Option<&'a Unblocked>, Option<&'a AxisShares>),
         peaks: Option<Peaks>,
     ) -> WideShader<'a> {
         let lit: Vec<(usize, &LightRecord)> = lit_columns(&arriving.lights, lights).collect();
@@ -213,6 +216,7 @@ impl<'a> WideShader<'a> {
             wide_narrow: WideLights::new(&narrow_directions, &narrow_lambdas),
             narrow,
             maps,
+            axis_shares,
             profile,
         }
     }
@@ -458,10 +462,11 @@ impl<'a> WideShader<'a> {
         let is_draft = matches!(written, Written::Draft(_));
         if terms.bits & (TERM_LOCAL | TERM_GLOBAL) != 0 {
             let mut sums = [f32x8::splat(simd, 0.0); 3];
+            let around = self.around(at.point);
             for (ix, (lights, unblocked)) in self.lights.iter().zip(&*unblocked).enumerate() {
                 let records = arriving.records(&lights.columns);
                 let Multiple { direct, forward } =
-                    self.multiple(simd, lights, &records, (&place, optics));
+                    self.multiple(simd, lights, &records, (&place, optics), around);
                 let unblocked = f32x8::load_array_ref(simd, unblocked);
                 for channel in 0..3 {
                     let rgb = f32x8::load_array_ref(simd, &lights.rgb[channel]);
@@ -590,7 +595,16 @@ impl<'a> WideShader<'a> {
         sum
     }
 
-    /// Global, local and direct local scattering of up to eight lights, for an amplitude of 1 each.
+    /// How open the hair around a point is along the axes, for [`local_density`].
+    #[inline(always)]
+    fn around(&self, point: usize) -> [f32; 6] {
+        let position = Vec3::from_slice(&self.scene.strands.points[point]);
+        self.axis_shares
+            .map_or([0.0; 6], |shares| shares.at(position))
+    }
+
+    /// Global, local and direct local scattering of up to eight lights, for an amplitude of 1 each, with the hair
+    /// [`WideShader::around`] the point.
     #[inline(always)]
     fn multiple<S: Simd>(
         &self,
@@ -598,6 +612,7 @@ impl<'a> WideShader<'a> {
         lights: &EightLights,
         records: &[[f32; LANES]; 4],
         (place, optics): (&Place, &impl PointOptics),
+        around: [f32; 6],
     ) -> Multiple<S> {
         let bits = self.terms.bits;
         let [density_forward, density_back] = self.terms.densities;
@@ -640,6 +655,7 @@ impl<'a> WideShader<'a> {
         };
         let (global, local) = optics.at_lights(&seen, forward.sigma_f);
         let has_local = bits & TERM_LOCAL != 0;
+        let density_back = local_density(&around, &[x, y, z]) * density_back;
         let mut direct = [zero; 3];
         if has_local {
             direct = optics.direct_at_lights(&seen, lambda);

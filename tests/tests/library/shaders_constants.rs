@@ -116,6 +116,11 @@ const TWINS_ELSEWHERE: [(&str, &str, &str); 19] = [
     ),
     (
         "lib/multiple_scattering",
+        "CLOSED_FROM",
+        "crates/scattering/src/closed_form/multiple_scattering.rs",
+    ),
+    (
+        "lib/multiple_scattering",
         "DENSITY_BLOCKED",
         "crates/scattering/src/closed_form/multiple_scattering.rs",
     ),

@@ -25,7 +25,7 @@ impl Inputs<'_> {
 
     fn shade_lights_alone(&self, places: &[u32], has_narrow: bool) -> (Radiance, Counts) {
         let (scene, view) = (self.picturing.scene, &self.picturing.view);
-        let shader = PointShader::new(scene, view, self.profile);
+        let shader = PointShader::new(scene, view, self.profile, self.axis_shares);
         let n_voxels = self.grid.n_voxels();
         let through = (self.maps).map(|maps| ThroughShares::new(&scene.strands, view.eye, maps));
         let answers = self.maps.map(|maps| maps.of_lights);
@@ -67,7 +67,8 @@ impl Inputs<'_> {
 
     /// Bounce light at some visible points: rgb times the view's radiance scale, and zero.
     fn shade_bounce_alone(&self, bounce: &BounceLight, places: &[u32]) -> Vec<[f32; 4]> {
-        let shader = PointShader::new(self.picturing.scene, &self.picturing.view, None);
+        let (scene, view) = (self.picturing.scene, &self.picturing.view);
+        let shader = PointShader::new(scene, view, None, self.axis_shares);
         let of_place = |&place: &u32| {
             let point = self.visible.points[place as usize] as usize;
             shader.shade_bounce(bounce, point)

@@ -11,6 +11,7 @@ use strandlight_scene::PreparedScene;
 use strandlight_scene::paint::PaintedPoint;
 use strandlight_scene::volume::Grid;
 
+use super::super::axis_shares::AxisShares;
 use super::super::bounce::BounceLight;
 use super::super::proxies::Proxies;
 use super::super::shade_wide::SceneTables;
@@ -27,6 +28,8 @@ pub(super) struct Inputs<'a> {
     pub visible: &'a VisiblePoints,
     /// That of the shadow volume.
     pub grid: &'a Grid,
+    /// Where local scattering is drawn.
+    pub axis_shares: Option<&'a AxisShares>,
     /// `[light][voxel]`
     pub records: &'a [PackedRecord],
     /// None where they are not there yet, and where no light has one.

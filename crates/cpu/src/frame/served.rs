@@ -64,7 +64,14 @@ impl ServedPoints {
         let maps = (inputs.maps.filter(|_| shading.has_narrow())).map(|maps| maps.of_lights);
         let seen = (&inputs.picturing.view, inputs.profile);
         let of_lights = (arriving, records);
-        let shader = WideShader::new(scene, seen, tables, of_lights, maps, shading.peaks);
+        let shader = WideShader::new(
+            scene,
+            seen,
+            tables,
+            of_lights,
+            (maps, inputs.axis_shares),
+            shading.peaks,
+        );
         let has_few = inputs.picturing.has_drafts
             && !shading.has_first()
             && match shading.quality {
@@ -129,7 +136,8 @@ impl ServedPoints {
     ) -> Option<Radiance> {
         let (arriving, draft) = (self.arriving.as_ref()?, self.draft_multiple.as_ref()?);
         let of_lights = (arriving, records);
-        let of_narrow = Some(maps.of_lights);
+        // Local scattering is in the draft.
+        let of_narrow = (Some(maps.of_lights), None);
         let shader = WideShader::new(scene, seen, tables, of_lights, of_narrow, Some(*peaks));
         Some(shader.shade_shadowed(maps, draft, points, between))
     }

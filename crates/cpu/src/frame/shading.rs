@@ -59,6 +59,7 @@ impl Frame {
             return;
         }
         if self.shading.is_none() {
+            self.find_axis_shares(scene);
             self.begin_shading(picturing, quality);
         }
         self.shade_slice(picturing);
@@ -222,6 +223,7 @@ impl Frame {
             lights,
             visible,
             grid,
+            axis_shares: self.axis_shares.as_ref(),
             records: &records.packed,
             maps: maps_of(lights, self.unblocked.as_ref(), through),
             profile: self.profile.as_ref().filter(|_| list.has_wide),

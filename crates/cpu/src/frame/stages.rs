@@ -14,6 +14,7 @@ use strandlight_scene::shadow_maps::{ShadowPlan, ShadowView};
 use strandlight_scene::strands::Strands;
 use strandlight_scene::volume::Grid;
 
+use super::super::axis_shares::AxisShares;
 use super::super::bounce::{BounceLight, BounceRays};
 use super::super::list::Listing;
 use super::super::proxies::Proxies;
@@ -56,14 +57,25 @@ impl Frame {
             let (grid, voxelising) = self.voxelising.take()?;
             Some((grid, voxelising.finish(&grid)))
         });
-        let bytes = match &found {
+        let mut bytes = match &found {
             Some((_, volume)) => size_of_val(&volume[..]) as u64,
             None => 0,
         };
+        let mut seconds = seconds;
         if found.is_some() {
             self.volume = found;
+            let ((), more) = timed(|| self.find_axis_shares(scene));
+            seconds += more;
+            bytes += self.axis_shares.as_ref().map_or(0, AxisShares::bytes);
         }
         self.ran("voxelise", seconds, bytes);
+    }
+
+    /// If local scattering is drawn.
+    pub(super) fn find_axis_shares(&mut self, scene: &PreparedScene) {
+        if let (None, Some((grid, volume))) = (&self.axis_shares, &self.volume) {
+            self.axis_shares = AxisShares::if_drawn(scene, grid, volume);
+        }
     }
 
     pub(super) fn list(&mut self, picturing: &Picturing) {

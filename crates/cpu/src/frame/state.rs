@@ -7,6 +7,7 @@ use strandlight_scattering::multiple_tables::Filling;
 use strandlight_scene::Stats;
 use strandlight_scene::volume::Grid;
 
+use super::super::axis_shares::AxisShares;
 use super::super::bounce::{BounceLight, BounceRays};
 use super::super::list::{Listing, VisibilityList};
 use super::super::proxies::Proxies;
@@ -35,6 +36,8 @@ pub(in super::super) struct Frame {
     pub(super) are_lights_current: bool,
     pub(super) voxelising: Option<(Grid, Voxelising)>,
     pub(super) volume: Option<(Grid, Vec<[f32; 8]>)>,
+    /// Of that volume, where local scattering is or was drawn.
+    pub(super) axis_shares: Option<AxisShares>,
     /// Are all of its tiles made?
     pub(super) listing: Option<(Listing, bool)>,
     pub(super) list: Option<(VisibilityList, VisiblePoints)>,

@@ -6,6 +6,7 @@ use super::multiple::multiple_bytes;
 use super::painted::paint_bytes;
 use super::pieces;
 use super::shadows::STEP_BYTES;
+use super::volume::AXIS_SHARES_BYTES;
 use strandlight_scattering::closed_form::PackedRecord;
 use strandlight_scene::RenderError;
 use strandlight_scene::budget::LIGHT_BATCH;
@@ -84,6 +85,8 @@ impl DeviceBytes {
             ribbons.bytes += pieces;
             ribbons.largest = ribbons.largest.max(pieces);
         }
+        let mut volume = part("the shadow volume", &[sums, 32 * n_voxels]);
+        volume.bytes += AXIS_SHARES_BYTES;
         let mut kept = part("the lights' records", &[a_light * in_batch]);
         kept.bytes = records + leaving + STEP_BYTES;
         let mut picture = part("the picture", &[16 * pixels; 2]);
@@ -95,7 +98,7 @@ impl DeviceBytes {
                     "the hair",
                     &[of_points, of_points, of_points, 4 * n_segments],
                 ),
-                part("the shadow volume", &[sums, 32 * n_voxels]),
+                volume,
                 kept,
                 part("shadow maps", &[visibility, answers, map, 4 * n_points]),
                 radiance,

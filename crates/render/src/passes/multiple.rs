@@ -2,7 +2,7 @@
 
 use super::resources::{
     bind, buffer_of, compute, compute_pass, groups_of_64, grow, shader, step, storage, submit,
-    uniform, write,
+    texture_3d, uniform, write,
 };
 use super::stamp::Stamp;
 use crate::gpu::Context;
@@ -12,6 +12,8 @@ use strandlight_scene::RenderError;
 
 /// Bytes of a texel.
 const TEXEL_BYTES: u64 = 8;
+
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 fn texels([x, y, z]: [u32; 3]) -> u64 {
     u64::from(x) * u64::from(y) * u64::from(z)
@@ -72,8 +74,13 @@ impl Multiple {
             layout: uniform(context, "layout of multiple scattering", &source.layout),
             profiles,
             scratch: storage(context, "rows", scratch_bytes(source)),
-            rows: texture(context, "multiple scattering", source.rows_size()),
-            direct: texture(context, "direct local scattering", source.direct_size()),
+            rows: texture_3d(context, "multiple scattering", source.rows_size(), FORMAT),
+            direct: texture_3d(
+                context,
+                "direct local scattering",
+                source.direct_size(),
+                FORMAT,
+            ),
             sampler,
             groups: None,
             is_stale: true,
@@ -97,7 +104,7 @@ impl Multiple {
             ),
         ] {
             if size_of(view) != size {
-                *view = texture(context, label, size);
+                *view = texture_3d(context, label, size, FORMAT);
                 is_other = true;
             }
         }
@@ -193,25 +200,4 @@ fn size_of(view: &wgpu::TextureView) -> [u32; 3] {
         depth_or_array_layers,
     } = view.texture().size();
     [width, height, depth_or_array_layers]
-}
-
-fn texture(context: &Context, label: &'static str, [x, y, z]: [u32; 3]) -> wgpu::TextureView {
-    context
-        .resource_counters()
-        .add_texture(TEXEL_BYTES * texels([x, y, z]));
-    let texture = context.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d {
-            width: x,
-            height: y,
-            depth_or_array_layers: z,
-        },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D3,
-        format: wgpu::TextureFormat::Rgba16Float,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::STORAGE_BINDING,
-        view_formats: &[],
-    });
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
 }

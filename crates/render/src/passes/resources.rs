@@ -165,6 +165,33 @@ pub(crate) fn texture(
     texture.create_view(&Default::default())
 }
 
+/// A volume that compute shaders write and others read, none of its sides being zero.
+pub(crate) fn texture_3d(
+    context: &Context,
+    label: &'static str,
+    [width, height, depth_or_array_layers]: [u32; 3],
+    format: wgpu::TextureFormat,
+) -> wgpu::TextureView {
+    let texel = u64::from(format.block_copy_size(None).unwrap_or(4));
+    let n_texels = u64::from(width) * u64::from(height) * u64::from(depth_or_array_layers);
+    context.resource_counters().add_texture(n_texels * texel);
+    let texture = context.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D3,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::STORAGE_BINDING,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
 /// Records and submits commands.
 pub(crate) fn submit(context: &Context, record: impl FnOnce(&mut wgpu::CommandEncoder)) {
     context.submit(record);

@@ -2,13 +2,16 @@
 
 use super::resources::{
     StrandBuffers, bind, compute, compute_pass, groups_of_64, grow, shader, step, storage, submit,
-    uniform,
+    texture_3d, uniform,
 };
 use super::stamp::Stamp;
 use crate::gpu::Context;
 use strandlight_scene::RenderError;
 use strandlight_scene::strands::Strands;
-use strandlight_scene::volume::{CHANNELS, Grid};
+use strandlight_scene::volume::{CHANNELS, GRID_SIDE, Grid};
+
+/// Bytes of [`Volume::axis_shares`].
+pub(crate) const AXIS_SHARES_BYTES: u64 = 4 * 3 * (GRID_SIDE as u64).pow(3);
 
 /// Area density and orientation of the hair, `[voxel][8]` f32.
 pub(crate) struct Volume {
@@ -16,9 +19,10 @@ pub(crate) struct Volume {
     pub grid_buffer: wgpu::Buffer,
     buffer: wgpu::Buffer,
     sums: wgpu::Buffer,
-    splat: wgpu::ComputePipeline,
-    resolve: wgpu::ComputePipeline,
-    groups: [wgpu::BindGroup; 2],
+    /// How open the hair is along the axes, three texels a voxel, for grids of any sides.
+    axis_shares: wgpu::TextureView,
+    pipelines: [wgpu::ComputePipeline; 3],
+    groups: [wgpu::BindGroup; 3],
 }
 
 impl Volume {
@@ -33,23 +37,28 @@ impl Volume {
         let grid_buffer = uniform(context, "grid", &grid);
         let [sums, buffer] = [("voxel sums", 0), ("volume", 1)]
             .map(|(label, ix)| storage(context, label, sizes(&grid)[ix]));
-        let splat = compute(context, &module, "splat");
-        let resolve = compute(context, &module, "resolve");
+        let axis_shares = texture_3d(
+            context,
+            "axis shares",
+            [3 * GRID_SIDE, GRID_SIDE, GRID_SIDE],
+            wgpu::TextureFormat::R32Uint,
+        );
+        let pipelines =
+            ["splat", "resolve", "find_axis_shares"].map(|entry| compute(context, &module, entry));
         let groups = groups(
             context,
-            &[&splat, &resolve],
+            &pipelines,
             buffers,
-            &grid_buffer,
-            &sums,
-            &buffer,
+            (&grid_buffer, &axis_shares),
+            [&sums, &buffer],
         );
         Ok(Volume {
             grid,
             grid_buffer,
             buffer,
             sums,
-            splat,
-            resolve,
+            axis_shares,
+            pipelines,
             groups,
         })
     }
@@ -69,25 +78,29 @@ impl Volume {
         grow(context, &mut self.buffer, volume / 4 * 5);
         self.groups = groups(
             context,
-            &[&self.splat, &self.resolve],
+            &self.pipelines,
             buffers,
-            &self.grid_buffer,
-            &self.sums,
-            &self.buffer,
+            (&self.grid_buffer, &self.axis_shares),
+            [&self.sums, &self.buffer],
         );
         true
     }
 
-    /// Splats the strands.
+    /// Splats the strands, and finds how open the hair is.
     pub fn fill(&self, context: &Context, stamp: Stamp) {
         submit(context, |encoder| {
             encoder.clear_buffer(&self.sums, 0, None);
             let mut pass = compute_pass(context, encoder, stamp);
-            let [splat, resolve] = &self.groups;
-            let size = groups_of_64(self.grid.n_segments);
-            step(&mut pass, &self.splat, splat, size);
-            let groups = (self.grid.n_voxels() as u32).div_ceil(64);
-            step(&mut pass, &self.resolve, resolve, [groups, 1]);
+            let [x, y, z] = self.grid.dims;
+            let n_columns = y * z + x * z + x * y;
+            let sizes = [
+                groups_of_64(self.grid.n_segments),
+                [(self.grid.n_voxels() as u32).div_ceil(64), 1],
+                [n_columns.div_ceil(64), 1],
+            ];
+            for ((pipeline, group), size) in self.pipelines.iter().zip(&self.groups).zip(sizes) {
+                step(&mut pass, pipeline, group, size);
+            }
         });
     }
 
@@ -95,8 +108,13 @@ impl Volume {
         &self.buffer
     }
 
+    /// `r32uint`, see `find_axis_shares` of the pass.
+    pub fn axis_shares(&self) -> &wgpu::TextureView {
+        &self.axis_shares
+    }
+
     pub fn bytes(&self) -> u64 {
-        self.buffer.size() + self.sums.size()
+        self.buffer.size() + self.sums.size() + AXIS_SHARES_BYTES
     }
 }
 
@@ -108,30 +126,40 @@ fn sizes(grid: &Grid) -> [u64; 2] {
 
 fn groups(
     context: &Context,
-    [splat, resolve]: &[&wgpu::ComputePipeline; 2],
+    [splat, resolve, find_axis_shares]: &[wgpu::ComputePipeline; 3],
     strands: &StrandBuffers,
-    grid: &wgpu::Buffer,
-    sums: &wgpu::Buffer,
-    volume: &wgpu::Buffer,
-) -> [wgpu::BindGroup; 2] {
-    let splat = bind(
-        context,
-        &splat.get_bind_group_layout(0),
-        &[
-            (0, grid.as_entire_binding()),
-            (1, strands.points.as_entire_binding()),
-            (2, strands.segments.as_entire_binding()),
-            (3, sums.as_entire_binding()),
-        ],
-    );
-    let resolve = bind(
-        context,
-        &resolve.get_bind_group_layout(0),
-        &[
-            (0, grid.as_entire_binding()),
-            (3, sums.as_entire_binding()),
-            (4, volume.as_entire_binding()),
-        ],
-    );
-    [splat, resolve]
+    (grid, axis_shares): (&wgpu::Buffer, &wgpu::TextureView),
+    [sums, volume]: [&wgpu::Buffer; 2],
+) -> [wgpu::BindGroup; 3] {
+    let of = |pipeline: &wgpu::ComputePipeline, resources: &[(u32, wgpu::BindingResource)]| {
+        bind(context, &pipeline.get_bind_group_layout(0), resources)
+    };
+    let grid = || (0, grid.as_entire_binding());
+    [
+        of(
+            splat,
+            &[
+                grid(),
+                (1, strands.points.as_entire_binding()),
+                (2, strands.segments.as_entire_binding()),
+                (3, sums.as_entire_binding()),
+            ],
+        ),
+        of(
+            resolve,
+            &[
+                grid(),
+                (3, sums.as_entire_binding()),
+                (4, volume.as_entire_binding()),
+            ],
+        ),
+        of(
+            find_axis_shares,
+            &[
+                grid(),
+                (4, volume.as_entire_binding()),
+                (5, wgpu::BindingResource::TextureView(axis_shares)),
+            ],
+        ),
+    ]
 }

@@ -4,7 +4,7 @@
 //! A point's radiance is, per channel, the sum over the lights of
 //!
 //! ```text
-//! L { T M^S + d_b T Omega M^{L,dir} + d_f (T_f - T) Omega (D M^G + d_b M^L) }
+//! L { T M^S + d_b B T Omega M^{L,dir} + d_f (T_f - T) Omega (D M^G + d_b B M^L) }
 //! ```
 //!
 //! L and Omega being amplitude and solid angle of the light, T its unblocked share and T_f the
@@ -15,7 +15,7 @@
 //! are both for light that has been scattered forward. Only blocked light has been, so no light is
 //! counted twice: T_f - T and not T_f multiplies them (Zinke 2008, Figure 5, adds both). In that
 //! difference both are means over the hair about the point; before M^S and M^{L,dir}, T is the
-//! point's own. D is [`global_density`].
+//! point's own. D is [`global_density`], B [`local_density`].
 
 use super::averages::{AverageTexel, sample_averages};
 use super::transmittance::{ShadowRecord, forward_events, transmitted};
@@ -107,6 +107,22 @@ pub fn global_density(open: f32) -> f32 {
     DENSITY_BLOCKED + (DENSITY_OPEN - DENSITY_BLOCKED) * open
 }
 
+/// Share of the light that hair behind a point blocks, from which on that hair counts as layers without end.
+pub const CLOSED_FROM: f32 = 0.8;
+
+/// Factor on local scattering of light from the unit vector `towards`: 0 where no hair is behind the point, away from the
+/// light, to send it back, 1 where that hair blocks [`CLOSED_FROM`] or more of it. Averages are those of layers without end, of
+/// which thin hair is none. `axis_shares` are the shares of light from +x, +y, +z, -x, -y and -z that come through the hair to the
+/// point; between the axes they count by the squares of the direction.
+pub fn local_density(axis_shares: &[f32; 6], towards: [f32; 3]) -> f32 {
+    let mut open = 0.0;
+    for (axis, along) in towards.into_iter().enumerate() {
+        let away = if along > 0.0 { 3 + axis } else { axis };
+        open += along * along * axis_shares[away];
+    }
+    ((1.0 - open) * (1.0 / CLOSED_FROM)).clamp(0.0, 1.0)
+}
+
 /// T_f and T are the record's here, means over the hair about the point, even where the point's own
 /// unblocked share is known better: scattered light comes from all the hair around, from beside the
 /// straight line to the light too.
@@ -177,6 +193,21 @@ mod tests {
         assert_eq!(forward.gained, [0.0; 3]);
         assert!((forward.density - DENSITY_OPEN).abs() < 1e-6);
         assert!((forward.sigma_f - 0.05_f32.sqrt()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn hair_behind_a_point_sends_light_back() {
+        // Hair below, and half as much of what counts as closed layers towards +x.
+        let shares = [1.0 - 0.5 * CLOSED_FROM, 1.0, 1.0, 1.0, 0.0, 1.0];
+        assert_eq!(local_density(&shares, [0.0, 1.0, 0.0]), 1.0);
+        assert_eq!(local_density(&shares, [0.0, -1.0, 0.0]), 0.0);
+        assert_eq!(local_density(&shares, [0.0, 0.0, 1.0]), 0.0);
+        assert!((local_density(&shares, [-1.0, 0.0, 0.0]) - 0.5).abs() < 1e-6);
+        // From in between some of both.
+        let between = local_density(&shares, [-0.8, 0.6, 0.0]);
+        let blocked = 0.64 * 0.5 * CLOSED_FROM + 0.36;
+        assert!((between - blocked / CLOSED_FROM).abs() < 1e-6, "{between}");
+        assert_eq!(local_density(&[0.0; 6], [0.6, 0.0, -0.8]), 1.0);
     }
 
     #[test]

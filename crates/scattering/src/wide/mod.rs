@@ -57,7 +57,7 @@ pub use frame::{Directions, Place};
 pub use lights::WideLights;
 pub use multiple_scattering::{
     ForwardAverages, ForwardLights, MOST_DEPTH, ShadowRecords, depths_of_shares, forward_light,
-    sample_forward,
+    local_density, sample_forward,
 };
 pub use roulette::{Peaks, Roulette};
 pub use rows::{sums, transpose};

@@ -5,7 +5,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
 use crate::closed_form::{
-    DENSITY_BLOCKED, DENSITY_OPEN, ForwardTable, LAST_FORWARD, LEAST_SHARE, P_1, P_2,
+    CLOSED_FROM, DENSITY_BLOCKED, DENSITY_OPEN, ForwardTable, LAST_FORWARD, LEAST_SHARE, P_1, P_2,
 };
 
 use super::LANES;
@@ -126,6 +126,21 @@ fn transmitted<S: Simd>(open: f32x8<S>, p: f32x8<S>, reach: f32x8<S>) -> f32x8<S
 #[inline(always)]
 fn global_density<S: Simd>(open: f32x8<S>) -> f32x8<S> {
     open * (DENSITY_OPEN - DENSITY_BLOCKED) + DENSITY_BLOCKED
+}
+
+/// [`crate::closed_form::local_density`] of eight lights from the unit vectors `towards`.
+#[inline(always)]
+pub fn local_density<S: Simd>(axis_shares: &[f32; 6], towards: &[f32x8<S>; 3]) -> f32x8<S> {
+    let simd = towards[0].token();
+    let zero = f32x8::splat(simd, 0.0);
+    let mut open = zero;
+    for (axis, along) in towards.iter().enumerate() {
+        let up = f32x8::splat(simd, axis_shares[axis]);
+        let down = f32x8::splat(simd, axis_shares[3 + axis]);
+        let away = along.simd_gt(zero).select(down, up);
+        open = mul_add(*along * *along, away, open);
+    }
+    clamp((1.0 - open) * (1.0 / CLOSED_FROM), 0.0, 1.0)
 }
 
 /// [`crate::closed_form::forward_light`] of eight lights of colours `rgb`, above 0 in at least one
@@ -281,5 +296,31 @@ mod tests {
             "{n} lights: errors {worst_gained:.2} of the allowed in share, {worst_width:.2} in width"
         );
         assert!(n > 20_000);
+    }
+
+    #[test]
+    fn hair_behind_eight_lights_is_as_behind_one() {
+        let mut random = SplitMix64(2);
+        let mut n_between = 0;
+        for _ in 0..2000 {
+            let shares: [f32; 6] = std::array::from_fn(|_| random.uniform(0.0, 1.0) as f32);
+            let towards: [[f32; 3]; LANES] = std::array::from_fn(|_| {
+                let d = [0; 3].map(|_| random.uniform(-1.0, 1.0) as f32);
+                let length = d.iter().map(|x| x * x).sum::<f32>().sqrt();
+                d.map(|x| x / length.max(1e-3))
+            });
+            for (name, level) in levels() {
+                let found = dispatch!(level, simd => {
+                    let along = |axis: usize| f32x8::from_fn(simd, |lane| towards[lane][axis]);
+                    <[f32; LANES]>::from(local_density(&shares, &[along(0), along(1), along(2)]))
+                });
+                for (found, towards) in found.into_iter().zip(towards) {
+                    let expected = closed_form::local_density(&shares, towards);
+                    assert!((found - expected).abs() < 1e-6, "{name} {found} {expected}");
+                    n_between += u32::from(expected > 0.0 && expected < 1.0);
+                }
+            }
+        }
+        assert!(n_between > 10_000, "{n_between}");
     }
 }

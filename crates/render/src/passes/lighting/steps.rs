@@ -277,7 +277,8 @@ impl Lighting {
                 }
             }
             Step::ShadeBounce { points } => {
-                self.shade_bounce(context, strands, points.clone(), into, stamp);
+                let of_hair = (strands, volume);
+                self.shade_bounce(context, of_hair, points.clone(), into, stamp);
             }
         }
     }
@@ -286,7 +287,7 @@ impl Lighting {
     pub(super) fn shade_bounce(
         &self,
         context: &Context,
-        strands: &StrandBuffers,
+        (strands, volume): (&StrandBuffers, &Volume),
         points: Range<u32>,
         into: usize,
         stamp: Stamp,
@@ -312,6 +313,8 @@ impl Lighting {
             (8, bounced.as_entire_binding()),
             (9, self.radiance[into].as_entire_binding()),
             (10, self.counters.as_entire_binding()),
+            (26, wgpu::BindingResource::TextureView(volume.axis_shares())),
+            (27, volume.grid_buffer.as_entire_binding()),
         ];
         resources.extend(self.scattering.bindings());
         let group = bind(context, &pipeline.get_bind_group_layout(0), &resources);
@@ -375,6 +378,7 @@ impl Lighting {
                     (9, self.radiance[into].as_entire_binding()),
                     (10, self.counters.as_entire_binding()),
                     (17, self.maps.visibility().as_entire_binding()),
+                    (26, wgpu::BindingResource::TextureView(volume.axis_shares())),
                 ];
                 resources.extend(self.scattering.bindings());
                 resources.extend(self.profile.binding());
