@@ -11,6 +11,21 @@ const TERM_GLOBAL: u32 = 4u;
 const DENSITY_BLOCKED: f32 = 0.7;
 const DENSITY_OPEN: f32 = 1.65;
 
+// Light that reaches a point after forward scattering.
+struct ForwardLight {
+    // T_f - T.
+    gained: vec3f,
+    // Factor on what global scattering makes of it: global_density of T.
+    density: f32,
+    // Its width in inclination.
+    sigma_f: f32,
+}
+
+// Factor on global scattering where this share of a light comes unblocked.
+fn global_density(open: f32) -> f32 {
+    return DENSITY_BLOCKED + (DENSITY_OPEN - DENSITY_BLOCKED) * open;
+}
+
 // Share of the light that hair behind a point blocks, from which on that hair counts as layers without end.
 const CLOSED_FROM: f32 = 0.8;
 
@@ -26,21 +41,6 @@ fn local_density(axis_shares: AxisShares, towards: vec3f) -> f32 {
     let away = select(axis_shares.above, axis_shares.below, towards > vec3f(0.0));
     let open = dot(towards * towards, away);
     return clamp((1.0 - open) * (1.0 / CLOSED_FROM), 0.0, 1.0);
-}
-
-// Light that reaches a point after forward scattering.
-struct ForwardLight {
-    // T_f - T.
-    gained: vec3f,
-    // Factor on what global scattering makes of it: global_density of T.
-    density: f32,
-    // Its width in inclination.
-    sigma_f: f32,
-}
-
-// Factor on global scattering where this share of a light comes unblocked.
-fn global_density(open: f32) -> f32 {
-    return DENSITY_BLOCKED + (DENSITY_OPEN - DENSITY_BLOCKED) * open;
 }
 
 // Of a light of this colour and width, for fibres of average a_f and beta_f_2.

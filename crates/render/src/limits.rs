@@ -40,11 +40,11 @@ const NEEDS: [Need; 22] = needs! {
     max_bind_groups: 2,
     max_bindings_per_bind_group: 24,
     max_dynamic_uniform_buffers_per_pipeline_layout: 1,
-    max_sampled_textures_per_shader_stage: 5,
+    max_sampled_textures_per_shader_stage: 6,
     max_samplers_per_shader_stage: 1,
     max_storage_buffers_per_shader_stage: 8,
     max_storage_textures_per_shader_stage: 1,
-    max_uniform_buffers_per_shader_stage: 7,
+    max_uniform_buffers_per_shader_stage: 8,
     max_uniform_buffer_binding_size: 16 << 10,
     max_storage_buffer_binding_size: 16 << 20,
     max_buffer_size: 16 << 20,
@@ -165,9 +165,11 @@ mod tests {
         let passes = MODULES.iter().filter(|(name, _)| {
             name.starts_with("pass/") && !name.contains("probe") && !name.contains("bench")
         });
-        let features: [&[&str]; 5] = [
+        let features: [&[&str]; 7] = [
             &[],
             &["TABLES"],
+            &["TABLES", "BOUNCE"],
+            &["TABLES", "WIDE"],
             &["PROXIES"],
             &["MESHES"],
             &["PAINTED", "PAINTED_WIDTHS", "PAINTED_SHIFTS"],

@@ -97,7 +97,8 @@ fn both_backends_draw_hair_of_model_energy() {
 
 #[test]
 fn terms_add_up_to_the_total() {
-    let mut scene = scene_of(100, BLOND);
+    // So much hair that it sends some light back.
+    let mut scene = scene_of(400, BLOND);
     let total = radiance(&scene);
     let mut sum = vec![0.0; total.len()];
     let mut norms = Vec::new();
