@@ -301,7 +301,10 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         }
 // #endif
         let direct_power = max(unblocked, unblocked_tt) * light.power;
-        let density_back = batch.density_back * local_density(around, light.direction);
+        var density_back = 0.0;
+        if (TERMS & TERM_LOCAL) != 0u {
+            density_back = batch.density_back * local_density(around, light.direction);
+        }
         let source = light_in_frame(frame * light.direction, light.lambda);
 // #if TABLES
         let towards = source.direction;

@@ -1,11 +1,11 @@
-//! How open the hair is around every voxel, along the axes: what hair behind a point can send back of a light. Twin of
-//! `axis_shares` in `shaders/pass/voxelise.wgsl`.
+//! How open the hair is around every voxel, along the axes, which says how much hair there is behind a point. Twin of
+//! `find_axis_shares` in `shaders/pass/voxelise.wgsl`.
 
 use glam::Vec3;
 use strandlight_scattering::closed_form::TERM_LOCAL;
 use strandlight_scattering::wide::LANES;
 use strandlight_scene::PreparedScene;
-use strandlight_scene::volume::{Grid, SELF_LIFT};
+use strandlight_scene::volume::{Grid, SELF_LIFT, extinction};
 
 use super::voxelise::{grid_position, voxel_index};
 
@@ -16,64 +16,39 @@ const ONE: f32 = 65_535.0;
 #[derive(Clone, Debug)]
 pub(super) struct AxisShares {
     grid: Grid,
-    /// By voxel, x fastest: of light from +x, +y, +z, -x, -y, -z, unorm16, and two zeros.
+    /// By voxel, x fastest: of light from +x, +y, +z, -x, -y, -z, unorm16; two numbers are not used.
     shares: Vec<[u16; LANES]>,
 }
 
-/// What of the light along an axis a voxel leaves: up to where shares are looked up, and behind it.
-#[derive(Clone, Copy)]
-struct Left {
-    here: f32,
-    behind: f32,
-}
-
-/// What a voxel of `h` cm leaves along an axis of light that half of it, but for what lies about the point itself, is in front of.
-fn left(voxel: &[f32; 8], axis: usize, h: f32) -> Left {
-    let [area, along] = [voxel[0], voxel[1 + axis]];
-    if area <= 0.0 {
-        return Left {
-            here: 1.0,
-            behind: 1.0,
-        };
-    }
-    // `extinction` along an axis.
-    let depth = h * (area * (area - along)).max(0.0).sqrt();
-    Left {
-        here: (-(0.5 - SELF_LIFT) * depth).exp(),
-        behind: (-depth).exp(),
-    }
-}
-
 impl AxisShares {
-    /// Of a `volume`, as [`super::voxelise`] answers it.
+    /// Of a `volume`, as [`super::voxelise`] answers it. A voxel's own hair counts as far as [`SELF_LIFT`] before its centre.
     pub fn new(grid: &Grid, volume: &[[f32; 8]]) -> AxisShares {
-        let mut shares = vec![[0; LANES]; volume.len()];
-        let [n_x, n_y, n_z] = grid.dims.map(|n| n as usize);
-        let n_slice = n_x * n_y;
-        // From +x, then from -x, and so on: slices along z are passed through one after the other, and within a slice each by itself.
-        for side in 0..2 {
-            let is_from_high = side == 0;
-            let in_order = |n: usize, ix: usize| if is_from_high { n - 1 - ix } else { ix };
-            let mut along_z = vec![1.0_f32; n_slice];
-            for ix in 0..n_z {
-                let first = n_slice * in_order(n_z, ix);
-                let voxels = &volume[first..first + n_slice];
-                let shares = &mut shares[first..first + n_slice];
-                let mut along_y = vec![1.0_f32; n_x];
-                for iy in 0..n_y {
-                    let row = n_x * in_order(n_y, iy);
-                    let mut along_x = 1.0_f32;
-                    for column in 0..n_x {
-                        let column = in_order(n_x, column);
-                        let voxel = row + column;
-                        let before = [&mut along_x, &mut along_y[column], &mut along_z[voxel]];
-                        for (axis, before) in before.into_iter().enumerate() {
-                            let left = left(&voxels[voxel], axis, grid.h);
-                            let share = *before * left.here;
-                            shares[voxel][3 * side + axis] = (share * ONE + 0.5) as u16;
-                            *before *= left.behind;
-                        }
-                    }
+        // Where there is no hair.
+        let mut shares = vec![[u16::MAX; LANES]; volume.len()];
+        let n = grid.dims.map(|n| n as usize);
+        let strides = [1, n[0], n[0] * n[1]];
+        let mut depths = Vec::new();
+        for axis in 0..3 {
+            let (b, c) = (usize::from(axis == 0), 2 - usize::from(axis == 2));
+            let direction = Vec3::AXES[axis];
+            for column in 0..n[b] * n[c] {
+                let first = strides[b] * (column % n[b]) + strides[c] * (column / n[b]);
+                let voxels = (0..n[axis]).map(|ix| first + strides[axis] * ix);
+                let depth = |ix: usize| grid.h * extinction(&volume[ix], direction)[0];
+                depths.clear();
+                depths.extend(voxels.clone().map(depth));
+                let all: f32 = depths.iter().sum();
+                if all <= 0.0 {
+                    continue;
+                }
+                let mut below = 0.0;
+                for (voxel, depth) in voxels.zip(&depths) {
+                    let above = (all - below - depth).max(0.0);
+                    let here = (0.5 - SELF_LIFT) * depth;
+                    let pack = |depth: f32| ((-depth).exp() * ONE + 0.5) as u16;
+                    shares[voxel][axis] = pack(above + here);
+                    shares[voxel][3 + axis] = pack(below + here);
+                    below += depth;
                 }
             }
         }
@@ -120,10 +95,40 @@ impl AxisShares {
 
 #[cfg(test)]
 mod tests {
-    use strandlight_scene::volume::extinction;
-
     use super::super::voxelise::even_layer;
     use super::*;
+
+    #[test]
+    fn each_axis_has_its_own_hair() {
+        // One voxel, of fibres most of which run along z, fewer along y, in a grid of three sides.
+        let grid = Grid {
+            dims: [5, 6, 7],
+            ..even_layer(0).0
+        };
+        let mut volume = vec![[0.0; 8]; grid.n_voxels()];
+        let full = voxel_index(&grid, [2, 3, 4]);
+        volume[full] = [4.0, 0.5, 1.0, 2.5, 0.0, 0.0, 0.0, 0.0];
+        let found = AxisShares::new(&grid, &volume);
+        let passing = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| {
+            let [sigma_t, _] = extinction(&volume[full], axis);
+            (-sigma_t * grid.h).exp()
+        });
+        for (axis, passing) in passing.into_iter().enumerate() {
+            for (step, at) in [(1, axis + 3), (-1, axis)] {
+                let mut beside = [2, 3, 4];
+                beside[axis] = (beside[axis] as i32 + step) as u32;
+                let shares = found.at(grid.centre(beside));
+                for (ix, share) in shares.into_iter().enumerate() {
+                    let expected = if ix == at { passing } else { 1.0 };
+                    assert!(
+                        (share - expected).abs() < 2e-5,
+                        "{axis} {step} {ix}: {share}"
+                    );
+                }
+            }
+        }
+        assert!(passing[0] < passing[1] && passing[1] < passing[2] && passing[2] < 0.5);
+    }
 
     #[test]
     fn a_layer_is_closed_as_deep_as_it_is() {

@@ -70,16 +70,17 @@ pub(super) fn render_observed(
     stats.passes = samples.div_ceil(PASS_SAMPLES);
     let strands = &scene.strands;
     let grid = Grid::around(strands);
-    let volume = stats.stage("voxelise", |_| {
+    let (volume, axis_shares) = stats.stage("voxelise", |_| {
         let volume = voxelise(strands, &grid);
-        let bytes = 32 * volume.len() as u64;
-        Ok::<_, RenderError>((volume, bytes))
+        let axis_shares = AxisShares::if_drawn(scene, &grid, &volume);
+        let bytes = 32 * volume.len() as u64 + axis_shares.as_ref().map_or(0, AxisShares::bytes);
+        Ok::<_, RenderError>(((volume, axis_shares), bytes))
     })?;
     let view = view_uniform(camera, strands, size, scene.radiance_scale());
     let mut proxies = Proxies::new(scene);
     let radiance = light(
         scene,
-        (&grid, &volume),
+        (&grid, &volume, axis_shares.as_ref()),
         &view,
         (shadows, true),
         &mut proxies,
@@ -123,12 +124,13 @@ pub fn point_radiance(
     check_frame(size, 1)?;
     let grid = Grid::around(&scene.strands);
     let volume = voxelise(&scene.strands, &grid);
+    let axis_shares = AxisShares::if_drawn(scene, &grid, &volume);
     let scale = scene.radiance_scale();
     let view = view_uniform(camera, &scene.strands, size, scale);
     let stats = &mut Stats::default();
     let mut radiance = light(
         scene,
-        (&grid, &volume),
+        (&grid, &volume, axis_shares.as_ref()),
         &view,
         (ShadowSource::Sweep, false),
         &mut Proxies::new(scene),
@@ -146,7 +148,7 @@ pub fn point_radiance(
 /// at points.
 fn light(
     scene: &PreparedScene,
-    (grid, volume): (&Grid, &[[f32; 8]]),
+    (grid, volume, axis_shares): (&Grid, &[[f32; 8]], Option<&AxisShares>),
     view: &ViewUniform,
     (shadows, are_along): (ShadowSource, bool),
     proxies: &mut Proxies,
@@ -191,8 +193,6 @@ fn light(
         gpu_milliseconds: None,
     });
     let voxels = beside.places_of_voxels(grid);
-    let axis_shares = AxisShares::if_drawn(scene, grid, volume);
-    let axis_shares = axis_shares.as_ref();
     for batch in lights.chunks(LIGHT_BATCH) {
         let ((found, n_open), seconds) = timed(|| match shadows {
             ShadowSource::Sweep => {

@@ -38,7 +38,7 @@ const NEEDS: [Need; 22] = needs! {
     max_texture_dimension_3d: 256,
     // One of ours, two of the window's.
     max_bind_groups: 2,
-    max_bindings_per_bind_group: 24,
+    max_bindings_per_bind_group: 28,
     max_dynamic_uniform_buffers_per_pipeline_layout: 1,
     max_sampled_textures_per_shader_stage: 6,
     max_samplers_per_shader_stage: 1,
@@ -220,6 +220,17 @@ mod tests {
                     (
                         "max_storage_textures_per_shader_stage",
                         count(&|one| image(one) == Some(true)),
+                    ),
+                    (
+                        "max_bindings_per_bind_group",
+                        module
+                            .global_variables
+                            .iter()
+                            .filter(|(handle, _)| !used[*handle].is_empty())
+                            .filter_map(|(_, one)| one.binding.as_ref())
+                            .map(|binding| u64::from(binding.binding) + 1)
+                            .max()
+                            .unwrap_or(0),
                     ),
                     ("max_compute_invocations_per_workgroup", x * y * z),
                     ("max_compute_workgroup_size_x", x),

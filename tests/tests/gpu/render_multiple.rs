@@ -35,7 +35,8 @@ fn radiance(scene: &PreparedScene) -> Vec<f32> {
 #[test]
 fn both_backends_draw_every_choice_of_terms() {
     let context = context();
-    let mut scene = scene_of(150, BLOND);
+    // So much hair that it sends some light back.
+    let mut scene = scene_of(400, BLOND);
     for scattering in Scattering::ALL {
         scene.set_scattering(scattering);
         let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();

@@ -547,7 +547,9 @@ fn slow_edits_draw_what_a_fresh_scene_draws() {
                 {"set": {"lights.rotate_deg": 100}},
                 {"set": {"lights.tint": [1, 0.5, 0.2]}},
                 {"set": {"render.shadow_maps": 2}},
-                {"set": {"hair.diameter_cm": 0.05}},
+                // Local scattering reads more of the volume than is found without it.
+                {"set": {"hair.diameter_cm": 0.05, "render.scattering": "single"}},
+                {"set": {"render.scattering": "total"}},
                 {"set": {"render.background": [0.5, 0, 0]}},
                 {"set": {"camera.position": [1, -2, 12]}},
                 {"stroke": {"brush": brush([0.1, 0.9, 2.0]), "path": [[8, 6], [14, 8]]}},

@@ -19,7 +19,7 @@ pub(crate) struct Volume {
     pub grid_buffer: wgpu::Buffer,
     buffer: wgpu::Buffer,
     sums: wgpu::Buffer,
-    /// How open the hair is along the axes, three texels a voxel, for grids of any sides.
+    /// How open the hair is along the axes, three texels a voxel, for grids of up to [`GRID_SIDE`] voxels a side.
     axis_shares: wgpu::TextureView,
     pipelines: [wgpu::ComputePipeline; 3],
     groups: [wgpu::BindGroup; 3],

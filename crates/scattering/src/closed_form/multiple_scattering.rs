@@ -111,8 +111,8 @@ pub fn global_density(open: f32) -> f32 {
 pub const CLOSED_FROM: f32 = 0.8;
 
 /// Factor on local scattering of light from the unit vector `towards`: 0 where no hair is behind the point, away from the
-/// light, to send it back, 1 where that hair blocks [`CLOSED_FROM`] or more of it. Averages are those of layers without end, of
-/// which thin hair is none. `axis_shares` are the shares of light from +x, +y, +z, -x, -y and -z that come through the hair to the
+/// light, to send it back, 1 where that hair blocks [`CLOSED_FROM`] or more of it. The averages of
+/// local scattering are for layers without end, which thin hair does not have. `axis_shares` are the shares of light from +x, +y, +z, -x, -y and -z that come through the hair to the
 /// point; between the axes they count by the squares of the direction.
 pub fn local_density(axis_shares: &[f32; 6], towards: [f32; 3]) -> f32 {
     let mut open = 0.0;
