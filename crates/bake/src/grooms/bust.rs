@@ -3,7 +3,7 @@
 //! A mannequin of smoothly joined ellipsoids and round cones, symmetric in x, in the place of the
 //! ellipsoid of [`HEAD_RADII`](super::HEAD_RADII): centred at the origin, face to +Z.
 
-use std::sync::LazyLock;
+use std::sync::OnceLock;
 
 use glam::{UVec3, Vec3};
 use rayon::prelude::*;
@@ -118,8 +118,17 @@ pub struct Field {
     values: Vec<f32>,
 }
 
-/// The bust's, made once.
-pub static FIELD: LazyLock<Field> = LazyLock::new(Field::new);
+/// The bust's, made once. Not under a lock: who makes it takes up other work of rayon's meanwhile, which may ask for it too.
+pub fn field() -> &'static Field {
+    static FIELD: OnceLock<Field> = OnceLock::new();
+    match FIELD.get() {
+        Some(field) => field,
+        None => {
+            let made = Field::new();
+            FIELD.get_or_init(|| made)
+        }
+    }
+}
 
 impl Field {
     fn new() -> Field {

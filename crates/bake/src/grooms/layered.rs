@@ -9,7 +9,7 @@ use std::f32::consts::TAU;
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::bust::{FIELD, Field, distance, normal};
+use super::bust::{Field, distance, field, normal};
 use super::noise::{Noise, Purpose};
 use super::scalp::{HEAD_RADII, even_direction, smooth};
 use super::shape::{Curl, displace, resample};
@@ -78,7 +78,7 @@ fn hairline(unit: Vec3) -> f32 {
 
 impl Layered {
     pub fn new(strands: u32, noise: Noise) -> Self {
-        let field = &*FIELD;
+        let field = field();
         let n_wisps = (strands / STRANDS_PER_WISP).clamp(1, 6000);
         let n_locks = LOCKS.min(n_wisps);
         let mut layered = Layered {

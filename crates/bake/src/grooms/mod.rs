@@ -59,7 +59,7 @@ use strandlight_formats::{
 
 use strandlight_scene::progress::Progress;
 
-use bust::FIELD;
+use bust::field;
 use growth::{Grower, Habit};
 use layered::Layered;
 use noise::Noise;
@@ -70,7 +70,7 @@ pub const FULL_HEAD: u32 = 100_000;
 /// Head and shoulders in the place that hair grows on, cm; hair of [`Style::Layered`] lies on them. A
 /// closed surface of some 36,000 triangles down to the chest.
 pub fn bust() -> Mesh {
-    let (positions, triangles) = FIELD.mesh();
+    let (positions, triangles) = field().mesh();
     let normals = positions.iter().map(|&p| bust::normal(p.into()).to_array());
     Mesh {
         normals: normals.collect(),
