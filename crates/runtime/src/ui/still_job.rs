@@ -116,25 +116,37 @@ impl Workspace {
     }
 }
 
-/// A script as a file, its frames with the names of `files`.
+/// A script as a file, its frames with the names of [`frame_name`].
 #[cfg(not(target_arch = "wasm32"))]
 fn turntable(script: &Script, files: &[PathBuf]) -> Value {
-    let mut files = files.iter();
+    let mut files = files.iter().enumerate();
     let steps = script.steps.iter().filter_map(|step| match step {
         Step::Set(values) => Some(json!({ "set": values })),
-        Step::Frame(_) => Some(json!({ "frame": name_of(files.next()?) })),
+        Step::Frame(_) => {
+            let (ix, file) = files.next()?;
+            Some(json!({ "frame": frame_name(ix, file) }))
+        }
         _ => None,
     });
     steps.collect()
+}
+
+/// The name of a frame until it is moved to `file`, whose own name may be one that scripts do not take.
+#[cfg(not(target_arch = "wasm32"))]
+fn frame_name(ix: usize, file: &Path) -> String {
+    match file.extension() {
+        Some(extension) => format!("{ix:04}.{}", extension.to_string_lossy()),
+        None => format!("{ix:04}"),
+    }
 }
 
 /// Moves frames out of `folder`, all of which are there, to where they were asked for.
 #[cfg(not(target_arch = "wasm32"))]
 fn put(work: &Work, folder: &Path, files: &[PathBuf]) -> Result<(), CannotOpen> {
     let named = |path: &Path, error| strandlight_formats::Error::from(error).in_file(path);
-    for file in files {
+    for (ix, file) in files.iter().enumerate() {
         work.check()?;
-        let frame = folder.join(name_of(file));
+        let frame = folder.join(frame_name(ix, file));
         let bytes = std::fs::read(&frame).map_err(|error| named(&frame, error))?;
         strandlight_formats::write_file(file, &bytes).map_err(|error| named(file, error))?;
     }
@@ -146,18 +158,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn frames_have_the_names_that_were_asked_for() {
+    fn a_turntable_may_have_a_name_that_scripts_do_not_take() {
         let camera = strandlight_formats::CameraSection {
             position: [0.0, 0.0, 10.0],
             target: [0.0; 3],
             up: [0.0, 1.0, 0.0],
             fov_deg: 30.0,
         };
-        let files = ["a/t.0000.png", "a/t.0001.png"].map(PathBuf::from);
+        let long = format!("{}.0001.PNG", "x".repeat(200));
+        let files = ["a/Zöpfe und mehr.0000.png", &long].map(PathBuf::from);
         let script = turntable(&Script::turntable(&camera, 2), &files);
         let read = Script::from_json(&script.to_string()).expect("a script");
         let names: Vec<&str> = read.frames().map(|frame| frame.name.as_str()).collect();
-        assert_eq!(names, ["t.0000.png", "t.0001.png"]);
+        assert_eq!(names, ["0000.png", "0001.PNG"]);
         assert_eq!(read.steps.len(), 4);
     }
 }
