@@ -422,6 +422,11 @@ impl<B: Backend + ?Sized> Viewer<B> {
         self.session.keep_mine();
     }
 
+    /// See [`Session::overrule_conflicts`].
+    pub fn overrule_conflicts(&mut self) {
+        self.session.overrule_conflicts();
+    }
+
     /// See [`Session::save`]. A stroke that is being made ends first.
     ///
     /// # Errors

@@ -183,10 +183,13 @@ impl Files {
         }
     }
 
-    /// When a file was last written; `None` where that is not known.
+    /// When a file was last written; `None` where that is not known, and of streams, which are read once.
     pub fn modified(&self, path: &Path) -> Option<SystemTime> {
         match self.bytes(path) {
-            Ok(None) => path.metadata().and_then(|data| data.modified()).ok(),
+            Ok(None) => {
+                let data = path.metadata().ok().filter(std::fs::Metadata::is_file)?;
+                data.modified().ok()
+            }
             _ => None,
         }
     }

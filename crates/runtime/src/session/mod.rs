@@ -39,7 +39,7 @@ use crate::error::SessionError;
 use asset_snapshot::{AssetSnapshot, PaintState};
 use errors::check_size;
 use history::{History, Step};
-use on_disk::OnDisk;
+use on_disk::{OnDisk, read_for, times_of};
 use strandlight_scene::SceneError;
 use strandlight_scene::assets::{Assets, ModesToRead};
 use strandlight_scene::files::Files;
@@ -80,12 +80,18 @@ impl Session {
     /// # Errors
     /// As there.
     pub fn open_in(path: &Path, files: Files) -> Result<Session, SessionError> {
+        let mut written = times_of([path.to_owned()], &files);
         let scene = files.scene(path)?;
         let in_scene = |error: SceneError| error.in_file(path);
+        written.extend(times_of(scene.file_paths(), &files));
         let assets = Assets::read(&scene, &files, ModesToRead::All).map_err(in_scene)?;
         check_size(&scene).map_err(in_scene)?;
         Ok(Session {
-            on_disk: OnDisk::new(path, &scene, PaintState::default(), &files),
+            on_disk: OnDisk {
+                scene: scene.clone(),
+                paint_state: PaintState::default(),
+                written,
+            },
             path: path.to_owned(),
             snapshot: AssetSnapshot::new(assets, 0)?,
             n_paint_states: 0,
@@ -214,7 +220,12 @@ impl Session {
         check_size(&after)?;
         let before = &self.snapshot.assets;
         let change = Change::between(&self.scene, &after);
+        let known = read_for(&self.scene);
+        let others = read_for(&after);
+        let others = others.into_iter().filter(|path| !known.contains(path));
+        let times = times_of(others, &self.files);
         let assets = before.reread(&self.scene, &after, &self.files)?;
+        self.on_disk.written.extend(times);
         let snapshot = if change.has(Edits::GEOMETRY) {
             let after = AssetSnapshot::new(assets, self.next_paint_state())?;
             let before = std::mem::replace(&mut self.snapshot, after.clone());
@@ -332,8 +343,13 @@ impl Session {
             .map(|(key, value)| (key.clone(), value.clone()));
         self.cli_overrides.extend(cli_overrides);
         if !is_modified {
-            let state = self.snapshot.paint_state;
-            self.on_disk = OnDisk::new(&self.path, &self.scene, state, &self.files);
+            self.on_disk.scene = self.scene.clone();
+            self.on_disk.paint_state = self.snapshot.paint_state;
+            // What was read has its time.
+            let mut named = self.scene.file_paths();
+            named.retain(|path| !self.on_disk.written.contains_key(path));
+            let times = times_of(named, &self.files);
+            self.on_disk.written.extend(times);
         }
         Ok(change)
     }

@@ -9,7 +9,7 @@ use strandlight_formats::{BakedFile, Groom, ProxySection, Scene};
 use super::asset_snapshot::{AssetSnapshot, PaintState};
 use super::errors::check_size;
 use super::history::Step;
-use super::on_disk::OnDisk;
+use super::on_disk::{FileTimes, OnDisk, times_of};
 use super::{Change, Session};
 use crate::error::SessionError;
 use strandlight_scene::SceneError;
@@ -56,12 +56,14 @@ impl Session {
 
     /// Has a file of the document been written by another program since it was read or saved?
     pub fn is_changed_on_disk(&self) -> bool {
-        let changed = |(path, time): &(PathBuf, Option<SystemTime>)| {
-            // A file that is being replaced is gone for a moment.
-            let now = self.files.modified(path);
-            now.is_some() && now != *time
-        };
-        self.on_disk.written.iter().any(changed)
+        self.on_disk
+            .is_changed(&self.path, &self.scene, &self.files)
+    }
+
+    /// When a file of the document was written, as of when it was read or saved; `None` where it was neither, and within
+    /// that where the time is not known.
+    pub fn time_read(&self, path: &Path) -> Option<Option<SystemTime>> {
+        self.on_disk.written.get(path).copied()
     }
 
     /// The scene and all files that it names.
@@ -73,24 +75,32 @@ impl Session {
     /// A file that [`Session::save`] would replace although another program has written it since it
     /// was read or saved.
     pub fn conflict(&self) -> Option<&Path> {
-        let groom = match self.has_own_groom() {
-            true => Some(self.groom_to_write(&self.path)),
-            false => None,
-        };
-        let is_to_write = |path: &Path| path == self.path || groom.as_deref() == Some(path);
-        let mut written = self.on_disk.written.iter();
-        let found = written.find(|(path, time)| {
-            let now = self.files.modified(path);
-            is_to_write(path) && now.is_some() && now != *time
-        });
-        found.map(|(path, _)| path.as_path())
+        let is_of_others = |path: &PathBuf| self.on_disk.is_written_by_others(path, &self.files);
+        let found = self.files_to_write().into_iter().find(is_of_others)?;
+        let (path, _) = self.on_disk.written.get_key_value(&found)?;
+        Some(path)
+    }
+
+    /// The scene, and the groom where it is written with it.
+    fn files_to_write(&self) -> Vec<PathBuf> {
+        let groom = self
+            .has_own_groom()
+            .then(|| self.groom_to_write(&self.path));
+        [self.path.clone()].into_iter().chain(groom).collect()
     }
 
     /// What others have written is not wanted: saving replaces it.
     pub fn keep_mine(&mut self) {
-        for (path, time) in &mut self.on_disk.written {
-            *time = self.files.modified(path);
-        }
+        let known: Vec<PathBuf> = self.on_disk.written.keys().cloned().collect();
+        self.on_disk.written = times_of(known, &self.files);
+    }
+
+    /// What others have written to each [`Session::conflict`] is not wanted. That of other files still is.
+    pub fn overrule_conflicts(&mut self) {
+        let mut to_write = self.files_to_write();
+        to_write.retain(|path| self.on_disk.written.contains_key(path));
+        let times = times_of(to_write, &self.files);
+        self.on_disk.written.extend(times);
     }
 
     /// Would [`Session::save_as`] replace a file that is not the document's own scene?
@@ -180,7 +190,7 @@ impl Session {
     fn save_to(&mut self, path: &Path, groom: Option<&Path>) -> Result<Saved, SessionError> {
         let plan = self.plan_save(path, groom)?;
         let saved = plan.write(&self.files)?;
-        self.adopt(plan);
+        self.adopt(plan, &saved);
         Ok(saved)
     }
 
@@ -215,7 +225,7 @@ impl Session {
     }
 
     /// The document is what was written. What can be undone moves along, and keeps the new files.
-    fn adopt(&mut self, plan: SavePlan) {
+    fn adopt(&mut self, plan: SavePlan, saved: &Saved) {
         let SavePlan {
             path,
             scene,
@@ -266,9 +276,39 @@ impl Session {
             self.written_grooms.insert(scene.groom_path());
             self.snapshot.file_state = Some(state);
         }
+        let is_in_other_folder = scene.folder != self.scene.folder;
         (self.scene, self.path) = (scene, path);
-        self.on_disk = OnDisk::new(&self.path, &self.scene, state, &self.files);
+        let mut own = saved.files.clone();
+        own.extend(is_painted.then(|| self.scene.groom_path()));
+        self.on_disk = OnDisk {
+            scene: self.scene.clone(),
+            paint_state: state,
+            written: self.times_after_save(own, is_in_other_folder),
+        };
         self.cli_overrides.clear();
+    }
+
+    /// [`OnDisk::written`] after a save that wrote `own`. What others have written to the other files is not known yet: those
+    /// keep the times they had, also where all paths lead from another folder now.
+    fn times_after_save(&mut self, own: Vec<PathBuf>, is_in_other_folder: bool) -> FileTimes {
+        let mut times = std::mem::take(&mut self.on_disk.written);
+        if is_in_other_folder {
+            let by_whole = times
+                .iter()
+                .filter_map(|(path, time)| Some((whole(path)?, *time)));
+            let by_whole: FileTimes = by_whole.collect();
+            let named = self.scene.file_paths().into_iter();
+            let known = named.filter_map(|path| {
+                let time = *by_whole.get(&whole(&path)?)?;
+                Some((path, time))
+            });
+            times = known.collect();
+        }
+        times.extend(times_of(own, &self.files));
+        let mut others = self.scene.file_paths();
+        others.retain(|path| !times.contains_key(path));
+        times.extend(times_of(others, &self.files));
+        times
     }
 
     /// Free names beside `scene` for those of its files that are in memory only, by which it names
@@ -370,14 +410,18 @@ impl Session {
     /// # Errors
     /// As [`Session::open`]; nothing is changed then.
     pub fn reload(&mut self) -> Result<Change, SessionError> {
+        let mut times = times_of([self.path.clone()], &self.files);
         let scene = self.files.scene(&self.path)?;
         let scene = self.with_values(scene, &self.cli_overrides)?;
+        times.extend(times_of(scene.file_paths(), &self.files));
         let in_scene = |error: SceneError| error.in_file(&self.path);
         let assets = Assets::read(&scene, &self.files, ModesToRead::All).map_err(in_scene)?;
         check_size(&scene).map_err(in_scene)?;
         let state = self.next_paint_state();
         let after = AssetSnapshot::new(assets, state)?;
-        self.on_disk = OnDisk::new(&self.path, &scene, PaintState::of(state), &self.files);
+        self.on_disk.scene = scene.clone();
+        self.on_disk.paint_state = PaintState::of(state);
+        self.on_disk.written.extend(times);
         let mut before = std::mem::replace(&mut self.snapshot, after.clone());
         let groom = self.scene.groom_path();
         // What its file had is no more; one in memory is nobody else's.

@@ -4,7 +4,7 @@ mod assets;
 mod changes;
 mod masks;
 mod recovery;
-mod saving;
+pub(crate) mod saving;
 mod strokes;
 
 use serde_json::{Map, Value, json};

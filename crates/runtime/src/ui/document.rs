@@ -19,15 +19,23 @@ mod native {
     pub struct Document {
         path: PathBuf,
         name: String,
-        /// When files were written that the scene names, or has named since it was saved or read.
-        seen: HashMap<PathBuf, Option<SystemTime>>,
+        /// The files that were looked at, as they were then.
+        seen: HashMap<PathBuf, Seen>,
         next_poll: Instant,
         pictures: u32,
     }
 
+    /// A file when it was last looked at.
+    struct Seen {
+        /// [`Session::time_read`] then: once the session has read or written the file since, that counts.
+        read: Option<Option<SystemTime>>,
+        /// When it was written.
+        time: SystemTime,
+    }
+
     impl Document {
-        /// The files of `viewer`'s scene as they are now.
-        pub fn new(viewer: &Viewer) -> Self {
+        /// The files of `session`, as it has read them.
+        pub fn new(session: &Session) -> Self {
             let mut document = Document {
                 path: PathBuf::new(),
                 name: String::new(),
@@ -35,23 +43,17 @@ mod native {
                 next_poll: Instant::now() + POLL,
                 pictures: 0,
             };
-            document.saved(viewer);
+            document.saved(session);
             document
         }
 
-        /// The scene's files were written or read just now.
-        pub fn saved(&mut self, viewer: &Viewer) {
-            let session = viewer.session();
+        /// The scene was saved, perhaps under another name.
+        pub fn saved(&mut self, session: &Session) {
             self.path = session.path().to_owned();
             self.name = match self.path.file_name() {
                 Some(name) => name.to_string_lossy().into_owned(),
                 None => "scene".to_owned(),
             };
-            let seen = watched(session).map(|path| {
-                let time = modified(&path);
-                (path, time)
-            });
-            self.seen = seen.collect();
         }
 
         /// The name of the scene's file.
@@ -100,21 +102,27 @@ mod native {
             Some(self.next_poll)
         }
 
-        /// Has a file of `viewer`'s scene changed since it was last read or written? Looks once a second.
-        pub fn poll(&mut self, now: Instant, viewer: &Viewer) -> bool {
+        /// Has a file of the scene changed since `session` read or wrote it, and since that was last answered? Looks once a
+        /// second.
+        pub fn poll(&mut self, now: Instant, session: &Session) -> bool {
             if now < self.next_poll {
                 return false;
             }
             self.next_poll = now + POLL;
             let mut is_changed = false;
-            for path in watched(viewer.session()) {
+            for path in watched(session) {
                 // A file that is being replaced is not there for a moment.
-                let Some(time) = modified(&path) else {
+                let Some(time) = session.files().modified(&path) else {
                     continue;
                 };
-                // What an edit has named was read then.
-                let seen = self.seen.insert(path, Some(time));
-                is_changed |= seen.is_some_and(|seen| seen != Some(time));
+                let read = session.time_read(&path);
+                let seen = self.seen.get(&path).filter(|seen| seen.read == read);
+                is_changed |= match seen {
+                    Some(seen) => seen.time != time,
+                    // One that was not read yet has nothing to be other than.
+                    None => read.is_some_and(|read| read != Some(time)),
+                };
+                self.seen.insert(path, Seen { read, time });
             }
             is_changed
         }
@@ -141,8 +149,44 @@ mod native {
         paths.filter(move |path| !frames.contains(path))
     }
 
-    fn modified(path: &Path) -> Option<SystemTime> {
-        std::fs::metadata(path).ok()?.modified().ok()
+    #[cfg(test)]
+    mod tests {
+        use super::*;
+        use crate::session::tests::saving::{files_in, touch};
+
+        #[test]
+        fn each_change_of_a_file_is_told_once() {
+            let folder = tempfile::tempdir().expect("a folder");
+            let at = |name: &str| folder.path().join(name);
+            files_in(folder.path(), "");
+            let mut session = Session::open(&at("a.toml")).expect("readable");
+            // The picture is prepared meanwhile.
+            touch(&at("b.lights"), 5);
+            let mut document = Document::new(&session);
+            let mut now = Instant::now();
+            let mut poll = |document: &mut Document, session: &Session| {
+                now += 2 * POLL;
+                document.poll(now, session)
+            };
+            assert!(poll(&mut document, &session));
+            assert!(!poll(&mut document, &session), "it was told");
+            session.reload().expect("readable");
+            assert!(!poll(&mut document, &session));
+            // What is saved is no change, what others write before it is.
+            let edited = session.edit("eta", |scene| scene.hair.eta = 1.7);
+            edited.expect("valid");
+            touch(&at("a.groom"), 5);
+            session.save().expect("written");
+            document.saved(&session);
+            assert!(poll(&mut document, &session));
+            session.reload().expect("readable");
+            assert!(!poll(&mut document, &session));
+            // So is what is written after an edit has read it.
+            let edited = session.edit("hair", |scene| scene.groom.file = "taller.groom".into());
+            edited.expect("readable");
+            touch(&at("taller.groom"), 5);
+            assert!(poll(&mut document, &session));
+        }
     }
 }
 
@@ -152,6 +196,7 @@ mod web {
 
     use web_time::Instant;
 
+    use crate::session::Session;
     use crate::ui::snapshot::{self, SnapshotError};
     use crate::viewer::Viewer;
 
@@ -162,17 +207,17 @@ mod web {
     }
 
     impl Document {
-        /// The files of `viewer`'s scene, which no other program changes.
-        pub fn new(viewer: &Viewer) -> Self {
+        /// The files of `session`, which no other program changes.
+        pub fn new(session: &Session) -> Self {
             Document {
-                path: viewer.session().path().display().to_string(),
+                path: session.path().display().to_string(),
                 pictures: 0,
             }
         }
 
         /// The scene may have another name now.
-        pub fn saved(&mut self, viewer: &Viewer) {
-            self.path = viewer.session().path().display().to_string();
+        pub fn saved(&mut self, session: &Session) {
+            self.path = session.path().display().to_string();
         }
 
         /// The name of the scene's file.
@@ -201,7 +246,7 @@ mod web {
         }
 
         /// Never.
-        pub fn poll(&mut self, _: Instant, _: &Viewer) -> bool {
+        pub fn poll(&mut self, _: Instant, _: &Session) -> bool {
             false
         }
 

@@ -161,7 +161,7 @@ impl Workspace {
             egui,
             input,
             screen,
-            document: Document::new(&viewer),
+            document: Document::new(viewer.session()),
             viewer,
             choice,
             state: UiState {
@@ -274,7 +274,7 @@ impl Workspace {
     /// look again.
     pub fn on_time(&mut self) -> Option<Instant> {
         let now = Instant::now();
-        if self.document.poll(now, &self.viewer) {
+        if self.document.poll(now, self.viewer.session()) {
             self.on_files();
         }
         #[cfg(not(target_arch = "wasm32"))]

@@ -2,6 +2,26 @@
 
 use super::*;
 
+/// The files of [`SCENE`] in a folder, the lights beside the rest; `more` ends the scene.
+pub(crate) fn files_in(folder: &Path, more: &str) {
+    let scene = SCENE.replace("../b", "b") + more;
+    for (name, bytes) in [
+        ("a.toml", scene.into_bytes()),
+        ("a.groom", groom(1.0)),
+        ("taller.groom", groom(2.0)),
+        ("b.lights", lights()),
+    ] {
+        std::fs::write(folder.join(name), bytes).expect("written");
+    }
+}
+
+/// Makes a file so much younger than now.
+pub(crate) fn touch(path: &Path, seconds: u64) {
+    let file = std::fs::File::options().write(true).open(path);
+    let later = std::time::SystemTime::now() + std::time::Duration::from_secs(seconds);
+    file.expect("opened").set_modified(later).expect("set");
+}
+
 #[test]
 fn saving_and_reopening_gives_the_same_document() {
     let mut session = session();
@@ -264,4 +284,78 @@ fn hair_without_paint_keeps_its_name_when_a_reload_is_undone() {
     painted.stroke(dyed(0..2, &Paint::unpainted(4)));
     let saved = painted.save().expect("written");
     assert_eq!(saved.files, ["a-painted.groom", "a.toml"].map(at));
+}
+
+/// A LUT in a pipe, which is read after the scene, its groom and its lights: whoever reads it waits until `meanwhile` is
+/// done.
+#[cfg(unix)]
+fn slow_lut(path: &Path, meanwhile: impl FnOnce() + Send + 'static) -> std::thread::JoinHandle<()> {
+    use std::io::Write;
+    let made = std::process::Command::new("mkfifo").arg(path).status();
+    assert!(made.expect("mkfifo starts").success());
+    let path = path.to_owned();
+    std::thread::spawn(move || {
+        let pipe = std::fs::File::options().write(true).open(path);
+        let mut pipe = pipe.expect("opened with the reader");
+        meanwhile();
+        let text = b"LUT_1D_SIZE 2\n0 0 0\n1 1 1\n";
+        pipe.write_all(text).expect("written");
+    })
+}
+
+#[cfg(unix)]
+#[test]
+fn what_others_write_while_files_are_read_is_known() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    files_in(folder.path(), "[render]\nlut = 'one.cube'\n");
+    let scene = at("a.toml");
+    let written = slow_lut(&at("one.cube"), move || touch(&scene, 5));
+    let mut session = Session::open(&at("a.toml")).expect("readable");
+    written.join().expect("written");
+    assert_eq!(session.conflict(), Some(&*at("a.toml")));
+    // While they are read again.
+    let text = std::fs::read_to_string(at("a.toml")).expect("read");
+    std::fs::write(at("a.toml"), text.replace("one", "two")).expect("written");
+    let groom = at("a.groom");
+    let written = slow_lut(&at("two.cube"), move || touch(&groom, 5));
+    session.reload().expect("readable");
+    written.join().expect("written");
+    assert_eq!(session.conflict(), None);
+    assert!(session.is_changed_on_disk());
+    session.reload().expect("readable");
+    assert!(!session.is_changed_on_disk());
+    // While an edit reads a file.
+    let groom = at("taller.groom");
+    let written = slow_lut(&at("three.cube"), move || touch(&groom, 5));
+    edit(&mut session, "others", |s| {
+        s.groom.file = "taller.groom".into();
+        s.render.lut = Some("three.cube".into());
+    });
+    written.join().expect("written");
+    assert!(session.is_changed_on_disk());
+}
+
+#[test]
+fn saving_forgets_nothing_that_others_wrote_to_other_files() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    std::fs::create_dir(at("sub")).expect("made");
+    files_in(folder.path(), "");
+    let mut session = Session::open(&at("a.toml")).expect("readable");
+    edit(&mut session, "eta", |s| s.hair.eta = 1.7);
+    touch(&at("a.toml"), 5);
+    touch(&at("b.lights"), 5);
+    assert_eq!(session.conflict(), Some(&*at("a.toml")));
+    session.overrule_conflicts();
+    assert_eq!(session.conflict(), None);
+    session.save().expect("written");
+    assert!(session.conflict().is_none() && session.is_changed_on_disk());
+    // Nor where the scene names them from elsewhere.
+    session.save_as(&at("sub/c.toml")).expect("written");
+    assert!(session.is_changed_on_disk());
+    session.reload().expect("readable");
+    assert!(!session.is_changed_on_disk());
+    session.save_as(&at("d.toml")).expect("written");
+    assert!(!session.is_changed_on_disk());
 }

@@ -132,7 +132,7 @@ impl Workspace {
             },
             Answer::Overwrite(then) => {
                 // What else has changed is read then.
-                self.viewer.keep_mine();
+                self.viewer.overrule_conflicts();
                 self.save(then);
             }
             Answer::Save(then) => self.save(then),
@@ -223,7 +223,7 @@ impl Workspace {
         crate::page::offer(self.viewer.session().files(), &saved)?;
         #[cfg(not(target_arch = "wasm32"))]
         let _ = saved;
-        self.document.saved(&self.viewer);
+        self.document.saved(self.viewer.session());
         #[cfg(not(target_arch = "wasm32"))]
         self.state.settings.opened(self.viewer.session().path());
         self.say(&format!("Saved {}", self.document.path_text()));
@@ -294,7 +294,7 @@ impl Workspace {
         self.state.has_changed_on_disk = false;
         match self.viewer.reload() {
             Ok(_) => {
-                self.document.saved(&self.viewer);
+                self.document.saved(self.viewer.session());
                 self.say("Reloaded");
                 self.changed("reloaded", json!({}));
             }

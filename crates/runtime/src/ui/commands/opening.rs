@@ -221,7 +221,6 @@ impl Workspace {
             Ok(_) => {
                 self.state.lights.forget();
                 self.say(&label);
-                self.document.saved(&self.viewer);
                 self.changed("edit", json!({ "label": label }));
                 true
             }
@@ -248,7 +247,7 @@ impl Workspace {
                 viewer.set_ground_truth(self.viewer.ground_truth().is_some());
                 viewer.set_inspection(self.viewer.inspection());
                 self.viewer = viewer;
-                self.document = Document::new(&self.viewer);
+                self.document = Document::new(self.viewer.session());
                 let old = std::mem::take(&mut self.state);
                 self.state = UiState {
                     paint: old.paint,
