@@ -12,7 +12,7 @@ use strandlight_formats::{
     LightsSection, Panorama, RenderSection, Scene, SrbfLight, TableFile, TableReader,
 };
 use strandlight_scattering::Lobe;
-use strandlight_scattering::closed_form::{DENSITY_BACK, DENSITY_FORWARD};
+use strandlight_scattering::closed_form::{DENSITY_BACK, DENSITY_FORWARD, Tables};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::table_names;
 use strandlight_scattering::spherical_gaussian::solid_angle;
@@ -209,6 +209,43 @@ impl Assets {
         }
         check_lights_named(&after.lights, &assets.lights)?;
         Ok(assets)
+    }
+
+    /// What clones share: the address of each part, and the bytes that it takes in memory, or nearly.
+    pub fn parts(&self) -> Vec<(usize, usize)> {
+        fn part<T>(shared: &Arc<T>, bytes: impl Fn(&T) -> usize) -> (usize, usize) {
+            (Arc::as_ptr(shared).addr(), bytes(shared))
+        }
+        let of_groom = |groom: &Groom| {
+            let attributes = groom.attributes.iter();
+            let attributes: usize = attributes.map(|a| size_of_val(&a.data[..])).sum();
+            attributes + size_of_val(&groom.points[..]) + size_of_val(&groom.strand_offsets[..])
+        };
+        let of_tables = |tables: &SceneTables| {
+            let Tables { c, h_tt, h_trt, .. } = tables.shading.view();
+            size_of_val(c) + size_of_val(h_tt) + size_of_val(h_trt)
+        };
+        let of_lobes = |lobes: &LobeTables| {
+            let tables = [&lobes.tt, &lobes.trt].into_iter().flatten();
+            let bytes = tables.map(|t| size_of_val(&t.shapes[..]) + size_of_val(&t.shares[..]));
+            bytes.sum()
+        };
+        let of_lut = |lut: &Cube| {
+            let tables = [&lut.curves, &lut.grid].into_iter().flatten();
+            tables.map(|table| size_of_val(&table.samples[..])).sum()
+        };
+        let mut parts = vec![
+            part(&self.groom, of_groom),
+            part(&self.lights, |set| size_of_val(&set.lights[..])),
+            part(&self.tables, of_tables),
+            part(&self.tables.lobes, of_lobes),
+        ];
+        let meshes = self.meshes.values();
+        parts.extend(meshes.map(|mesh| part(mesh, MeshShape::bytes)));
+        parts.extend(self.lut.as_ref().map(|lut| part(lut, of_lut)));
+        let of_map = |map: &Panorama| size_of_val(map.texels());
+        parts.extend(self.panorama.as_ref().map(|map| part(map, of_map)));
+        parts
     }
 
     /// The hair's textures as `section` asks for them, single scattering alone.

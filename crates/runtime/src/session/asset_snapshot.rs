@@ -52,4 +52,15 @@ impl AssetSnapshot {
             file_state: Some(paint_state),
         })
     }
+
+    /// What snapshots share: see [`Assets::parts`].
+    pub fn parts(&self) -> Vec<(usize, usize)> {
+        let mut parts = self.assets.parts();
+        let paint = self.paint.as_ref();
+        parts
+            .extend(paint.map(|paint| (Arc::as_ptr(paint).addr(), size_of_val(&paint.points[..]))));
+        let mask = self.mask.as_ref();
+        parts.extend(mask.map(|mask| (Arc::as_ptr(mask).addr(), size_of_val(&mask.points[..]))));
+        parts
+    }
 }

@@ -1,6 +1,6 @@
 //! Steps that can be taken back.
 
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
 
 use strandlight_formats::Scene;
@@ -13,6 +13,9 @@ pub const MAX_STEPS: usize = 500;
 
 /// Most points in all strokes that are remembered: some 200 MB.
 pub const MAX_STROKE_POINTS: usize = 4 << 20;
+
+/// Most bytes of files that are remembered beside those of the document.
+pub const MAX_FILE_BYTES: usize = 512 << 20;
 
 /// One step between two states of the document.
 #[derive(Clone, Debug)]
@@ -37,6 +40,14 @@ impl Step {
             Step::Stroke { stroke, .. } => stroke.changed.len() + stroke.masked.len(),
         }
     }
+
+    /// The files before and after it, where it read others.
+    fn snapshots(&self) -> Option<&[AssetSnapshot; 2]> {
+        match self {
+            Step::Scene { snapshot, .. } => snapshot.as_deref(),
+            Step::Stroke { .. } => None,
+        }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -48,7 +59,7 @@ pub(super) struct Entry {
 }
 
 /// What was done and can be undone, what was undone and can be done again.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct History {
     done: VecDeque<Entry>,
     undone: Vec<Entry>,
@@ -58,6 +69,21 @@ pub(super) struct History {
     first_state: u64,
     /// States so far, but for the first.
     n_states: u64,
+    /// [`MAX_FILE_BYTES`], or less in tests.
+    pub max_file_bytes: usize,
+}
+
+impl Default for History {
+    fn default() -> Self {
+        History {
+            done: VecDeque::new(),
+            undone: Vec::new(),
+            is_open: false,
+            first_state: 0,
+            n_states: 0,
+            max_file_bytes: MAX_FILE_BYTES,
+        }
+    }
 }
 
 impl History {
@@ -90,15 +116,36 @@ impl History {
             state: self.n_states,
         });
         self.done.extend(entry);
-        let mut points: usize = self.done.iter().map(|e| e.step.stroke_points()).sum();
-        // The newest step stays, however large.
-        while self.done.len() > MAX_STEPS || (points > MAX_STROKE_POINTS && self.done.len() > 1) {
+        let n_kept = self.n_that_fit();
+        while self.done.len() > n_kept {
             let Some(oldest) = self.done.pop_front() else {
                 break;
             };
-            points -= oldest.step.stroke_points();
             self.first_state = oldest.state;
         }
+    }
+
+    /// How many of the newest steps fit into all limits. The newest stays, however large.
+    fn n_that_fit(&self) -> usize {
+        let newest_first = || self.done.iter().rev().take(MAX_STEPS);
+        // What the document has is in memory anyway.
+        let current = newest_first().find_map(|entry| entry.step.snapshots());
+        let current = current.map_or_else(Vec::new, |[_, after]| after.parts());
+        let mut counted: HashSet<usize> = current.iter().map(|(part, _)| *part).collect();
+        let (mut points, mut bytes) = (0, 0);
+        let fits = |entry: &&Entry| {
+            points += entry.step.stroke_points();
+            let snapshots = entry.step.snapshots().into_iter().flatten();
+            for (part, of_part) in snapshots.flat_map(AssetSnapshot::parts) {
+                // One that several steps share is there once.
+                if counted.insert(part) {
+                    bytes += of_part;
+                }
+            }
+            points <= MAX_STROKE_POINTS && bytes <= self.max_file_bytes
+        };
+        let n_fitting = newest_first().take_while(fits).count();
+        n_fitting.max(self.done.len().min(1))
     }
 
     /// Steps that can be undone, oldest first, then those that can be done again: their labels, and numbers of the states

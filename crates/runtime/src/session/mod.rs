@@ -22,7 +22,7 @@ pub use change::Change;
 // The table of ARCHITECTURE.md is made from them.
 #[doc(hidden)]
 pub use change::{EDITS, EditRule, Edits};
-pub use history::{MAX_STEPS, MAX_STROKE_POINTS};
+pub use history::{MAX_FILE_BYTES, MAX_STEPS, MAX_STROKE_POINTS};
 pub use keys::{parse_value, with_key};
 pub use save::Saved;
 #[cfg(not(target_arch = "wasm32"))]

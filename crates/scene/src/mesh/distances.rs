@@ -71,6 +71,11 @@ impl Distances {
         distances
     }
 
+    /// Bytes that the nodes take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..])
+    }
+
     /// Way from node to node, cm.
     pub fn cell(&self) -> f32 {
         self.cell

@@ -77,6 +77,19 @@ impl MeshShape {
         }
     }
 
+    /// Bytes that it takes in memory, or nearly.
+    pub(crate) fn bytes(&self) -> usize {
+        let Mesh {
+            positions,
+            normals,
+            uvs,
+            triangles,
+            ..
+        } = &self.mesh;
+        let of_mesh = size_of_val(&positions[..]) + size_of_val(&normals[..]);
+        of_mesh + size_of_val(&uvs[..]) + size_of_val(&triangles[..]) + self.distances.bytes()
+    }
+
     /// Where a place of the file's space lies.
     fn place(&self, position: Vec3) -> Placed {
         let far = Placed {

@@ -23,6 +23,42 @@ fn another_groom_comes_and_goes_with_its_step() {
 }
 
 #[test]
+fn the_oldest_files_are_forgotten_where_they_take_too_much_memory() {
+    let mut session = session();
+    let bytes = |session: &Session| {
+        let parts = session.snapshot.parts();
+        parts.iter().map(|(_, bytes)| bytes).sum::<usize>()
+    };
+    let reload = |session: &mut Session, height: f32| {
+        session.files().hold(Path::new("/s/a.groom"), groom(height));
+        session.reload().expect("readable");
+    };
+    // Three sets of files beside those of the document.
+    session.history.max_file_bytes = 7 * bytes(&session) / 2;
+    for ix in 1..=10u8 {
+        reload(&mut session, 1.0 + f32::from(ix));
+    }
+    assert_eq!(session.n_done(), 3);
+    // Steps that read no files take nothing.
+    for ix in 0..5 {
+        edit(&mut session, "eta", |s| {
+            s.hair.eta = 1.5 + 0.1 * f64::from(ix)
+        });
+        session.commit();
+    }
+    assert_eq!(session.n_done(), 8);
+    session.go_to(0);
+    assert_eq!(session.groom().bounds().1[1], 8.0);
+    // The last step stays.
+    session.history.max_file_bytes = 0;
+    reload(&mut session, 1.0);
+    reload(&mut session, 2.0);
+    assert_eq!(session.n_done(), 1);
+    session.undo();
+    assert_eq!(session.groom().bounds().1[1], 1.0);
+}
+
+#[test]
 fn a_map_in_the_background_comes_and_goes_with_its_step() {
     let mut session = session();
     let map = |brightness: f32| {
