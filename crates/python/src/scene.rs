@@ -226,7 +226,7 @@ fn with_keys(
         None => {
             let files = files(&scene, groom, lights)?;
             let assets = Assets::read(&scene, &files, ModesToRead::OfScene).map_err(Fault::from);
-            camera_section(&source.name(assets)?.framing())
+            camera_section(&source.name(assets)?.framing(&scene))
         }
     };
     Ok(with_values(scene, keys, || view.clone())?)

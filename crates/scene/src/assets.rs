@@ -9,7 +9,7 @@ use std::sync::Arc;
 use glam::{Quat, Vec3};
 use strandlight_formats::{
     AddedLight, Attribute, CameraSection, Cube, Domain, Groom, HairSection, LightSet,
-    LightsSection, Panorama, RenderSection, Scene, SrbfLight, TableFile, TableReader,
+    LightsSection, Panorama, RenderSection, Scene, SrbfLight, TableFile, TableReader, WindSection,
 };
 use strandlight_scattering::Lobe;
 use strandlight_scattering::closed_form::{DENSITY_BACK, DENSITY_FORWARD, Tables};
@@ -24,9 +24,10 @@ use crate::files::Files;
 use crate::lut::Lut;
 use crate::material::{HairMaterial, LobeTables};
 use crate::mesh::MeshShape;
+use crate::motion::wind;
 use crate::panorama::TurnedPanorama;
 use crate::proxy::Proxy;
-use crate::strands::Strands;
+use crate::strands::{Strands, extent};
 use crate::tables::{ShadingTables, ShadingTablesError};
 use crate::variation::ShapeVariation;
 use crate::volume::power;
@@ -297,14 +298,30 @@ impl Assets {
         Some(TurnedPanorama::new(map, section))
     }
 
-    /// The view of a scene that says none: all of the groom.
-    pub fn framing(&self) -> Camera {
-        let (low, high) = self.groom.bounds();
-        let centre = 0.5 * (Vec3::from(low) + Vec3::from(high));
-        let distances = self.groom.points.iter();
-        let radius = distances
-            .map(|&point| Vec3::from(point).distance(centre))
-            .fold(0.0, f32::max);
+    /// [`Assets::strands`] at rest, in the space that they take in the wind of `scene`, where it has one.
+    ///
+    /// # Errors
+    /// As there.
+    pub(crate) fn strands_in_room(&self, scene: &Scene) -> Result<Strands, SceneError> {
+        let strands = self.strands(scene)?;
+        Ok(match wind_of(scene) {
+            Some(section) => wind::with_room(section, strands),
+            None => strands,
+        })
+    }
+
+    /// The view of `scene` where it says none: all of the hair, as it is drawn.
+    pub fn framing(&self, scene: &Scene) -> Camera {
+        let in_wind = wind_of(scene).and_then(|_| self.strands_in_room(scene).ok());
+        let (centre, radius) = match in_wind {
+            Some(strands) => (strands.centre, strands.radius),
+            // Nothing else of the strands is needed, which take longer to make.
+            None => {
+                let points = ShapeVariation::points(&scene.variation, &self.groom);
+                let (_, centre, radius) = extent(&points);
+                (centre, radius)
+            }
+        };
         Camera::framing(centre, radius, DEFAULT_FOV_Y)
     }
 
@@ -351,6 +368,11 @@ impl Assets {
         });
         of_set.chain(added).collect()
     }
+}
+
+/// The wind of `scene`.
+fn wind_of(scene: &Scene) -> Option<&WindSection> {
+    scene.motion.as_ref()?.wind.as_ref()
 }
 
 /// Reads the LUT that `scene` names.

@@ -18,7 +18,7 @@ use crate::display::DisplayTransform;
 use crate::error::{RenderError, SceneError};
 use crate::files::Files;
 use crate::material::{EditReport, HairMaterial};
-use crate::motion::{Motion, wind};
+use crate::motion::Motion;
 use crate::paint::{Paint, PaintKinds, PaintedPoint};
 use crate::panorama::TurnedPanorama;
 use crate::proxy::{Proxy, ProxyRecords};
@@ -196,14 +196,7 @@ impl PreparedScene {
         assets: &Assets,
         paint: Option<&Paint>,
     ) -> Result<Self, SceneError> {
-        let mut strands = assets.strands(scene)?;
-        if let Some(section) = scene
-            .motion
-            .as_ref()
-            .and_then(|motion| motion.wind.as_ref())
-        {
-            strands = wind::with_room(section, strands);
-        }
+        let strands = assets.strands_in_room(scene)?;
         let mut lights = assets.turned_lights(&scene.lights);
         for (light, rgb) in lights.iter_mut().zip(assets.light_colors(&scene.lights)) {
             light.rgb = rgb;

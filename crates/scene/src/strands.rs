@@ -76,6 +76,20 @@ pub struct Strands {
     n_groom_points: usize,
 }
 
+/// The corners of the box around `points`, its centre, and the largest distance from there.
+pub(crate) fn extent(points: &[[f32; 3]]) -> ((Vec3, Vec3), Vec3, f32) {
+    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    for &point in points {
+        low = low.min(Vec3::from(point));
+        high = high.max(Vec3::from(point));
+    }
+    let centre = 0.5 * (low + high);
+    let distances = points
+        .iter()
+        .map(|&point| Vec3::from(point).distance(centre));
+    ((low, high), centre, distances.fold(0.0, f32::max))
+}
+
 impl Strands {
     /// The frame of a point: along the strand, and two axes across it.
     #[inline]
@@ -102,20 +116,11 @@ impl Strands {
         refine: bool,
     ) -> Result<Self, SceneError> {
         check(points, offsets)?;
-        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        for &point in points {
-            low = low.min(Vec3::from(point));
-            high = high.max(Vec3::from(point));
-        }
-        let centre = 0.5 * (low + high);
-        let radius = points
-            .iter()
-            .map(|&point| Vec3::from(point).distance(centre))
-            .fold(0.0, f32::max);
+        let (bounds, centre, radius) = extent(points);
         let mut strands = Strands {
             centre,
             radius,
-            bounds: (low, high),
+            bounds,
             n_groom_points: points.len(),
             ..Strands::default()
         };

@@ -192,12 +192,12 @@ impl Session {
         PreparedScene::with_paint(&self.scene, &self.snapshot.assets, self.paint())
     }
 
-    /// The scene's camera, or the one that stands for it where there is none.
+    /// The scene's camera, or where there is none the one that its pictures have.
     pub fn camera(&self) -> CameraSection {
         if let Some(camera) = &self.scene.camera {
             return camera.clone();
         }
-        section_of(&self.snapshot.assets.framing())
+        section_of(&self.snapshot.assets.framing(&self.scene))
     }
 
     /// Changes the scene. Edits of the same `label` in a row are one step to undo, until

@@ -23,6 +23,32 @@ fn another_groom_comes_and_goes_with_its_step() {
 }
 
 #[test]
+fn a_scene_without_a_camera_has_the_view_of_its_pictures() {
+    let mut session = session();
+    let view = |session: &Session| section_of(&session.prepared().expect("drawable").camera);
+    let at_rest = view(&session);
+    let still: fn(&mut Scene) = |s| s.motion = None;
+    let windy: fn(&mut Scene) = |s| {
+        s.motion = Some(MotionSection {
+            wind: Some(WindSection::default()),
+            ..MotionSection::default()
+        });
+    };
+    let frizzy: fn(&mut Scene) = |s| s.variation.frizz = 1.0;
+    for (change, name) in [(windy, "wind"), (still, "still"), (frizzy, "frizzy")] {
+        edit(&mut session, name, change);
+        assert_eq!(session.camera(), view(&session), "{name}");
+        assert_eq!(session.camera() == at_rest, name == "still", "{name}");
+    }
+    edit(&mut session, "wind", windy);
+    let before = session.camera();
+    let turned = Map::from_iter([("camera.fov_deg".to_owned(), json!(20.0))]);
+    session.set(&turned).expect("valid");
+    assert_eq!(session.camera().position, before.position);
+    assert_eq!(session.camera().fov_deg, 20.0);
+}
+
+#[test]
 fn the_oldest_files_are_forgotten_where_they_take_too_much_memory() {
     let mut session = session();
     let bytes = |session: &Session| {
