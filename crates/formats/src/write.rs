@@ -237,24 +237,43 @@ pub fn remove_stale_temporary_files<'a>(
     let ours = entries
         .flatten()
         .filter(|entry| is_ours(&entry.file_name()));
-    ours.filter(|entry| is_left_behind(&entry.path()) && fs::remove_file(entry.path()).is_ok())
+    ours.filter(|entry| left_behind(&entry.path()).is_some_and(LeftBehind::remove))
         .count()
 }
 
-/// Has the maker of the temporary file at `path` ended?
-fn is_left_behind(path: &Path) -> bool {
+/// A temporary file whose maker has ended, or has not locked it yet: then it is to find it locked or gone, and to take another
+/// name, so that the lock is held until the file is removed.
+struct LeftBehind {
+    path: PathBuf,
+    locked: File,
+}
+
+impl LeftBehind {
+    /// Removes it, if it can be; answers whether it went.
+    fn remove(self) -> bool {
+        let LeftBehind { path, locked } = self;
+        let is_removed = fs::remove_file(path).is_ok();
+        drop(locked);
+        is_removed
+    }
+}
+
+/// The temporary file at `path`, if it is left behind.
+fn left_behind(path: &Path) -> Option<LeftBehind> {
     // For writing: network file systems lock nothing else.
-    let Ok(file) = OpenOptions::new().write(true).open(path) else {
-        return false;
-    };
-    match file.try_lock() {
+    let file = OpenOptions::new().write(true).open(path).ok()?;
+    let is_left = match file.try_lock() {
         Ok(()) => true,
         Err(TryLockError::WouldBlock) => false,
         Err(TryLockError::Error(_)) => {
             let made = file.metadata().and_then(|metadata| metadata.modified());
             made.is_ok_and(|made| made.elapsed().is_ok_and(|age| age > STALE_AFTER))
         }
-    }
+    };
+    is_left.then(|| LeftBehind {
+        path: path.to_owned(),
+        locked: file,
+    })
 }
 
 /// The temporary files that are there.
@@ -453,6 +472,19 @@ mod tests {
         assert_eq!(names_in(at).len(), 3);
         let nowhere = at.join("nowhere");
         assert_eq!(remove_stale_temporary_files(&nowhere, []), 0);
+    }
+
+    #[test]
+    fn a_file_that_is_cleaned_up_before_it_is_locked_gets_another_name() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("fresh.tmp");
+        let mut options = OpenOptions::new();
+        let fresh = options.write(true).create_new(true).open(&path);
+        let fresh = fresh.expect("made");
+        let found = left_behind(&path).expect("nobody has locked it");
+        assert!(is_taken(&fresh, &path), "it is about to go");
+        assert!(found.remove());
+        assert!(is_taken(&fresh, &path), "it is gone");
     }
 
     #[test]
