@@ -84,7 +84,7 @@ fn run_fit(args: &FitArgs) -> Outcome {
     }
     let plan = Plan::of(args)?;
     let progress = progress("fitting lights", plan.steps() + OTHER_STEPS);
-    let baked = bake(args, &plan, &progress).and_then(|baked| {
+    let baked = bake(args, args, &plan, &progress).and_then(|baked| {
         baked.write(args)?;
         progress.advance(1);
         Ok(baked)

@@ -100,6 +100,7 @@ mod tests {
             inputs: vec![FileRecord::of_bytes("map", Path::new("a"), b"input")],
             parameters: BTreeMap::new(),
             roles: vec!["out".to_owned(), "preview".to_owned()],
+            names: Vec::new(),
         };
         let key = fingerprint.key();
         assert!(cache.fetch(&fingerprint, &key).is_none());

@@ -21,6 +21,8 @@ pub enum Reason {
     Input(String, String),
     /// A parameter has another value.
     Parameter(String, Option<String>, Option<String>),
+    /// The page that was written tells other names of files.
+    Names,
     /// Made by another program.
     MadeBy(String),
     /// Asked for.
@@ -39,6 +41,7 @@ impl fmt::Display for Reason {
                 let text = |value: &Option<String>| value.clone().unwrap_or("none".to_owned());
                 write!(f, "{name} {} -> {}", text(old), text(new))
             }
+            Reason::Names => f.write_str("its page tells other names of files"),
             Reason::MadeBy(program) => write!(f, "made by {program}"),
             Reason::Forced => f.write_str("--force"),
         }
@@ -217,6 +220,10 @@ fn changes(item: &Item, record: &Record, now: &Fingerprint, key: &str) -> Vec<Re
     let gone = before.roles.iter().filter(|role| !now.roles.contains(role));
     reasons
         .extend(gone.map(|role| Reason::Parameter(role.clone(), Some("written".to_owned()), None)));
+    // Where the page is new or gone, that was said.
+    if reasons.is_empty() && before.names != now.names {
+        reasons.push(Reason::Names);
+    }
     if before.made_by != now.made_by {
         reasons.push(Reason::MadeBy(before.made_by.clone()));
     }

@@ -72,7 +72,14 @@ pub struct Fingerprint {
     pub parameters: BTreeMap<String, String>,
     /// Roles of what is written.
     pub roles: Vec<String>,
+    /// Names of the input and the outputs as the manifest has them, where a page tells them; otherwise empty: nothing else
+    /// that is written depends on them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub names: Vec<String>,
 }
+
+/// Role of an output that tells the names of the files.
+const PAGE: &str = "page";
 
 impl Fingerprint {
     /// Of `item` as its input is now.
@@ -100,10 +107,12 @@ impl Fingerprint {
                 .iter()
                 .map(|output| output.role.to_owned())
                 .collect(),
+            names: names_told(item),
         })
     }
 
-    /// The content key: equal for equal inputs, parameters and programs, wherever the files are.
+    /// The content key: equal for equal inputs, parameters and programs, wherever the files are; with a page, where their names
+    /// are equal too.
     pub fn key(&self) -> String {
         let mut words = vec![self.kind.as_str(), &self.made_by];
         words.extend(self.roles.iter().map(String::as_str));
@@ -120,6 +129,10 @@ impl Fingerprint {
         for (name, value) in &self.parameters {
             words.extend([name.as_str(), value]);
         }
+        if !self.names.is_empty() {
+            words.push("");
+            words.extend(self.names.iter().map(String::as_str));
+        }
         // With their lengths, so that words cannot run into each other.
         let text: String = words
             .iter()
@@ -128,7 +141,7 @@ impl Fingerprint {
         content_hash(text.as_bytes())
     }
 
-    /// Does the other one say the same, but for the names of files?
+    /// Does the other one say the same, but for names of files that no output tells?
     pub fn is_same(&self, other: &Fingerprint) -> bool {
         let plain = |of: &Fingerprint| {
             let mut of = of.clone();
@@ -137,6 +150,17 @@ impl Fingerprint {
         };
         plain(self) == plain(other)
     }
+}
+
+/// [`Fingerprint::names`] of `item`.
+fn names_told(item: &Item) -> Vec<String> {
+    if !item.outputs.iter().any(|output| output.role == PAGE) {
+        return Vec::new();
+    }
+    let outputs = item.outputs.iter().map(|output| &output.path);
+    let paths = item.input.iter().chain(outputs);
+    let named = paths.map(|path| path.to_string_lossy().replace('\\', "/"));
+    named.collect()
 }
 
 /// What was made of an item.
@@ -285,7 +309,50 @@ mod tests {
             inputs: vec![input],
             parameters: BTreeMap::from([("count".to_owned(), "40".to_owned())]),
             roles: vec!["out".to_owned()],
+            names: Vec::new(),
         }
+    }
+
+    #[test]
+    fn names_count_where_a_page_tells_them() {
+        use super::super::item::Output;
+        use super::super::text::KindInfo;
+        let folder = tempfile::tempdir().expect("a folder");
+        for name in ["a.hdr", "b.hdr"] {
+            fs::write(folder.path().join(name), "abc").expect("written");
+        }
+        let item = |map: &str, roles: &[&'static str]| Item {
+            kind: KindInfo {
+                name: "lights",
+                input: Some("map"),
+                outputs: &[("out", "lights"), ("page", "html")],
+                revision: 1,
+            },
+            entry: Default::default(),
+            input: Some(map.into()),
+            outputs: roles
+                .iter()
+                .map(|role| Output {
+                    role,
+                    path: PathBuf::from("one").join(role),
+                })
+                .collect(),
+            settings: Vec::new(),
+            parameters: BTreeMap::new(),
+            folder: folder.path().to_owned(),
+        };
+        let of = |item: &Item| Fingerprint::of(item).expect("readable");
+        let [one, other] = ["a.hdr", "b.hdr"].map(|map| of(&item(map, &["out"])));
+        assert_eq!(one.key(), other.key());
+        assert!(one.is_same(&other) && one.names.is_empty());
+        let [one, other] = ["a.hdr", "b.hdr"].map(|map| of(&item(map, &["out", "page"])));
+        assert_ne!(one.key(), other.key());
+        assert!(!one.is_same(&other));
+        assert_eq!(one.names, ["a.hdr", "one/out", "one/page"]);
+        // So do those of outputs.
+        let mut moved = item("a.hdr", &["out", "page"]);
+        moved.outputs[0].path = "two/out".into();
+        assert_ne!(one.key(), of(&moved).key());
     }
 
     #[test]

@@ -265,7 +265,7 @@ impl Bakery for Kitchen {
             parsed.map_err(|(key, what)| Failure::input(format!("{key}: {what}")))?;
         let progress = quiet(&self.progress, item.name());
         let made = match item.kind.name {
-            "lights" => bake_lights(&args_of(&matches)?, item, &progress),
+            "lights" => bake_lights(&args_of(&matches)?, &told(item)?, item, &progress),
             "groom" => bake_groom(&args_of(&matches)?),
             _ => tables::bake(&args_of(&matches)?, &progress).map(|bytes| BakedItem {
                 outputs: vec![bytes],
@@ -288,6 +288,17 @@ fn args_of<T: FromArgMatches>(matches: &ArgMatches) -> Result<T, Failure> {
     T::from_arg_matches(matches).map_err(|error| Failure::input(in_words(&error, &[])))
 }
 
+/// The words of `item` as seen from the manifest's folder: what a page tells is the same from wherever it is made.
+fn told<T: FromArgMatches>(item: &Item) -> Result<T, Failure> {
+    let outputs = item.outputs.iter();
+    let outputs: Vec<(&str, PathBuf)> = outputs
+        .map(|output| (output.role, output.path.clone()))
+        .collect();
+    let parsed = parse(&item.kind, item.input.as_deref(), &outputs, &item.settings);
+    let (_, matches) = parsed.map_err(|(key, what)| Failure::input(format!("{key}: {what}")))?;
+    args_of(&matches)
+}
+
 fn figures(pairs: Value) -> Map<String, Value> {
     match pairs {
         Value::Object(pairs) => pairs,
@@ -297,10 +308,11 @@ fn figures(pairs: Value) -> Map<String, Value> {
 
 fn bake_lights(
     args: &lights::FitArgs,
+    told: &lights::FitArgs,
     item: &Item,
     progress: &Progress,
 ) -> Result<BakedItem, cli::Failure> {
-    let baked = lights::bake(args, &lights::Plan::of(args)?, progress)?;
+    let baked = lights::bake(args, told, &lights::Plan::of(args)?, progress)?;
     if let Some(missed) = lights::missed_budget(args, &baked) {
         return Err(missed);
     }
@@ -350,6 +362,7 @@ fn quiet(progress: &Arc<Progress>, name: String) -> Progress {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use strandlight_bake::manifest::Output;
 
     fn entry(kind: KindInfo, settings: &[(&str, &str)]) -> Entry {
         let setting = |key: &str, value: &str| Setting {
@@ -424,6 +437,38 @@ mod tests {
             let said = with_keys(text, &kind, &command(&kind), &report);
             assert_eq!(said, expected);
         }
+    }
+
+    #[test]
+    fn a_page_is_the_same_from_wherever_it_is_made() {
+        let made = |folder: &Path| {
+            let item = Item {
+                kind: KINDS[0],
+                entry: Default::default(),
+                input: Some("maps/a.hdr".into()),
+                outputs: [("out", "o/a.lights"), ("page", "o/a.html")]
+                    .map(|(role, path)| Output {
+                        role,
+                        path: path.into(),
+                    })
+                    .to_vec(),
+                settings: entry(KINDS[0], &[("count", "1")]).settings,
+                parameters: BTreeMap::new(),
+                folder: folder.to_owned(),
+            };
+            std::fs::create_dir(folder.join("maps")).expect("made");
+            let mut map = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16 +X 32\n".to_vec();
+            map.extend([100, 140, 130, 128].repeat(16 * 32));
+            std::fs::write(folder.join("maps/a.hdr"), map).expect("written");
+            let kitchen = Kitchen::new(Arc::new(Progress::silent()));
+            let page = kitchen.bake(&item).expect("baked").outputs.pop();
+            String::from_utf8(page.expect("two outputs")).expect("a page")
+        };
+        let [one, two] = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
+        let page = made(one.path());
+        assert!(page.contains("strandlight lights maps/a.hdr -o o/a.lights"));
+        assert!(!page.contains(&*one.path().to_string_lossy()));
+        assert_eq!(page, made(two.path()));
     }
 
     #[test]

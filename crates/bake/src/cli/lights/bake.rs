@@ -67,11 +67,16 @@ impl Baked {
     }
 }
 
-/// All the work but for writing.
+/// All the work but for writing. A page tells the paths of `told`, which are `args` as seen from elsewhere.
 ///
 /// # Errors
 /// The map cannot be read, has no light, or none of what was asked for.
-pub fn bake(args: &FitArgs, plan: &Plan, progress: &Progress) -> Result<Baked, Failure> {
+pub fn bake(
+    args: &FitArgs,
+    told: &FitArgs,
+    plan: &Plan,
+    progress: &Progress,
+) -> Result<Baked, Failure> {
     let start = Instant::now();
     let selection = MapSelection {
         part: args.part.clone(),
@@ -106,7 +111,7 @@ pub fn bake(args: &FitArgs, plan: &Plan, progress: &Progress) -> Result<Baked, F
         .to_bytes()
         .map_err(|error| Failure::file(&args.output, error))?;
     let document = results.document(&map);
-    let mut files = files(args, &map, &found, &results, &document, &mut stages)?;
+    let mut files = files((args, told), &map, &found, &results, &document, &mut stages)?;
     let seconds = start.elapsed().as_secs_f64();
     let timings = timings(seconds, &stages);
     if let Some(path) = &args.timings {
@@ -136,7 +141,7 @@ fn report(found: &Found, map: &Map) -> Option<FitReport> {
 
 /// The files beside the light set; of a budget that is not met, those alone that say so.
 fn files(
-    args: &FitArgs,
+    (args, told): (&FitArgs, &FitArgs),
     map: &Map,
     found: &Found,
     results: &Results,
@@ -169,8 +174,8 @@ fn files(
             let page = Page {
                 results,
                 map,
-                map_name: &args.map.to_string_lossy(),
-                command: &command(args),
+                map_name: &told.map.to_string_lossy(),
+                command: &command(told),
                 pictures: &pictures.map_err(|error| Failure::file(path, error))?,
                 remarks: &remarks(map),
             };
