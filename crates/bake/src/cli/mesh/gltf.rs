@@ -418,18 +418,40 @@ fn of_uri(uri: &str, path: &Path) -> Result<Cow<'static, [u8]>, String> {
             .map(Cow::Owned)
             .ok_or_else(|| "a buffer is no base64".to_owned());
     }
-    let name = Path::new(uri);
-    let is_beside = name
+    let name = decoded(uri)?;
+    // Coded or not: no folder above it, no drive and no address.
+    let is_beside = Path::new(&name)
         .components()
         .all(|part| matches!(part, Component::Normal(_)));
-    if !is_beside || uri.contains(':') {
+    if !is_beside || name.contains(':') {
         return Err(format!("buffer {uri:?} is not a file beside it"));
     }
     let folder = path.parent().unwrap_or(Path::new(""));
-    // Blanks are written so.
-    let file = folder.join(uri.replace("%20", " "));
-    let bytes = read_file(&file, MAX_BYTES).map_err(|error| error.to_string())?;
+    let bytes = read_file(&folder.join(name), MAX_BYTES).map_err(|error| error.to_string())?;
     Ok(Cow::Owned(bytes))
+}
+
+/// The name that `uri` stands for: blanks and letters beyond ASCII are written as `%` and the two hexadecimal digits of each of
+/// their bytes.
+fn decoded(uri: &str) -> Result<String, String> {
+    let mut parts = uri.split('%');
+    let mut bytes = parts.next().unwrap_or_default().as_bytes().to_vec();
+    for part in parts {
+        let digits = part.as_bytes().first_chunk::<2>();
+        let byte =
+            digits.and_then(|digits| Some(16 * hex_digit(digits[0])? + hex_digit(digits[1])?));
+        let byte =
+            byte.ok_or_else(|| format!("buffer {uri:?} has a % without two digits after it"))?;
+        bytes.push(byte);
+        bytes.extend_from_slice(&part.as_bytes()[2..]);
+    }
+    String::from_utf8(bytes).map_err(|_| format!("buffer {uri:?} is no UTF-8"))
+}
+
+fn hex_digit(digit: u8) -> Option<u8> {
+    char::from(digit)
+        .to_digit(16)
+        .and_then(|value| value.try_into().ok())
 }
 
 /// Decodes base64; `None` where it is none.
@@ -454,4 +476,45 @@ fn base64(text: &str) -> Option<Vec<u8>> {
         }
     }
     Some(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_buffers_are_decoded_and_stay_in_their_folder() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        std::fs::create_dir(at.join("sub")).expect("made");
+        let names = ["a b.bin", "Zöpfe#1.bin", "100%.bin"];
+        for name in names.iter().chain(&["secret.bin"]) {
+            std::fs::write(at.join("sub").join(name), name).expect("written");
+        }
+        std::fs::write(at.join("secret.bin"), "above").expect("written");
+        let read = |uri: &str| of_uri(uri, &at.join("sub/a.gltf"));
+        for (uri, name) in [
+            ("a%20b.bin", names[0]),
+            ("a b.bin", names[0]),
+            ("Z%C3%B6pfe%231.bin", names[1]),
+            ("Z%c3%b6pfe#1.bin", names[1]),
+            ("100%25.bin", names[2]),
+        ] {
+            assert_eq!(*read(uri).expect(uri), *name.as_bytes(), "{uri}");
+        }
+        for (uri, needle) in [
+            ("../secret.bin", "is not a file beside it"),
+            ("%2e%2e%2fsecret.bin", "is not a file beside it"),
+            ("%2Fetc%2Fpasswd", "is not a file beside it"),
+            ("c%3Asecret.bin", "is not a file beside it"),
+            ("%ff.bin", "is no UTF-8"),
+            ("100%.bin", "a % without two digits"),
+            ("a%2", "a % without two digits"),
+            ("a%+1.bin", "a % without two digits"),
+            ("a%é.bin", "a % without two digits"),
+        ] {
+            let error = read(uri).expect_err(uri);
+            assert!(error.contains(needle), "{uri}: {error}");
+        }
+    }
 }
