@@ -245,16 +245,13 @@ pub fn remove_stale_temporary_files<'a>(
 /// name, so that the lock is held until the file is removed.
 struct LeftBehind {
     path: PathBuf,
-    locked: File,
+    _lock: File,
 }
 
 impl LeftBehind {
     /// Removes it, if it can be; answers whether it went.
     fn remove(self) -> bool {
-        let LeftBehind { path, locked } = self;
-        let is_removed = fs::remove_file(path).is_ok();
-        drop(locked);
-        is_removed
+        fs::remove_file(&self.path).is_ok()
     }
 }
 
@@ -272,7 +269,7 @@ fn left_behind(path: &Path) -> Option<LeftBehind> {
     };
     is_left.then(|| LeftBehind {
         path: path.to_owned(),
-        locked: file,
+        _lock: file,
     })
 }
 
