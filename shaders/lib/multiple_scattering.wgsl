@@ -55,7 +55,8 @@ fn forward_light(
     let share = transmitted(record, p);
     let gained = max(share - record.shares.x, vec3f(0.0));
     // One width for all channels: each counts by what it carries.
-    let brightest = max(max(rgb.x, rgb.y), rgb.z);
+    // Of a black light, too.
+    let brightest = max(max(max(rgb.x, rgb.y), rgb.z), 1e-30);
     let carried = gained * (rgb / brightest) + 1e-12;
     let variance = beta_f_2 * forward_events(record, p, share);
     let mean = dot(carried, variance) / (carried.x + carried.y + carried.z);

@@ -371,11 +371,9 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// Whatever the device refuses.
     pub fn undo(&mut self) -> Result<Option<Change>, RenderError> {
         self.release()?;
+        let n_done = self.session.n_done();
         let change = self.session.undo();
-        if let Some(change) = &change {
-            self.show(change)?;
-        }
-        Ok(change)
+        self.show_step(change, n_done)
     }
 
     /// Does again what was undone last; `None` if there is none.
@@ -384,11 +382,9 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// Whatever the device refuses.
     pub fn redo(&mut self) -> Result<Option<Change>, RenderError> {
         self.release()?;
+        let n_done = self.session.n_done();
         let change = self.session.redo();
-        if let Some(change) = &change {
-            self.show(change)?;
-        }
-        Ok(change)
+        self.show_step(change, n_done)
     }
 
     /// See [`Session::go_to`].
@@ -397,11 +393,9 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// Whatever the device refuses.
     pub fn go_to(&mut self, n_done: usize) -> Result<Option<Change>, RenderError> {
         self.release()?;
+        let before = self.session.n_done();
         let change = self.session.go_to(n_done);
-        if let Some(change) = &change {
-            self.show(change)?;
-        }
-        Ok(change)
+        self.show_step(change, before)
     }
 
     /// Where the hair is that is seen at `cursor`, px from the upper left corner of the picture.
@@ -536,6 +530,22 @@ impl<B: Backend + ?Sized> Viewer<B> {
         }
     }
 
+    /// Shows what steps of the history changed; goes back to the first `n_done` if that cannot be.
+    fn show_step(
+        &mut self,
+        change: Option<Change>,
+        n_done: usize,
+    ) -> Result<Option<Change>, RenderError> {
+        let shown = change.as_ref().map_or(Ok(()), |change| self.show(change));
+        if shown.is_err()
+            && let Some(back) = self.session.go_to(n_done)
+        {
+            // It was drawn before.
+            let _ = self.show(&back);
+        }
+        shown.map(|()| change)
+    }
+
     /// Tells the renderer what has changed.
     fn show(&mut self, change: &Change) -> Result<(), RenderError> {
         self.changes = std::mem::take(&mut self.changes).and(change.clone());
@@ -568,7 +578,9 @@ impl<B: Backend + ?Sized> Viewer<B> {
         if change.inputs().is_all() || change.has(Edits::DIAMETER) && has_motion {
             return self.renew();
         }
-        if change.has(Edits::VARIATION) && self.needs_less_paint() {
+        if change.has(Edits::VARIATION) && self.needs_less_paint()
+            || change.has(Edits::HAIR) && self.is_unpaintable()
+        {
             return self.renew();
         }
         let scene = self.session.scene();

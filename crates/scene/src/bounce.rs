@@ -6,10 +6,13 @@
 //! and mean direction, [`lobe_light`]. Here is what depends on strands and proxies alone, for both renderers.
 
 use glam::Vec3;
-use strandlight_scattering::closed_form::{P_2, TERM_GLOBAL, forward_table, sample_forward};
+use strandlight_scattering::closed_form::{
+    P_2, TERM_GLOBAL, average_row, forward_table, sample_forward, sample_painted_forward,
+};
 use strandlight_scattering::random::GOLDEN_ANGLE;
 
 use crate::beside::{Beside, Surface};
+use crate::material::HairMaterial;
 use crate::mesh::{MeshRays, MetMesh};
 use crate::proxy::{
     GROUND, LIGHT_MAP_SIDE, ProxyRecord, entry_distance, from_unit, is_blocked_by, light_map_place,
@@ -88,7 +91,7 @@ pub fn passed_weights(scene: &PreparedScene) -> PassedWeights {
     if scene.terms() & TERM_GLOBAL == 0 {
         return [unblocked; 3];
     }
-    let (a_f, _) = sample_forward(&forward_table(scene.hair.averages()), 0.5);
+    let a_f = forward_average(&scene.hair, 0.5);
     let density = scene.densities[0];
     a_f.map(|a_f| {
         let p = (1.0 - a_f).clamp(P_2, 1.0);
@@ -99,6 +102,18 @@ pub fn passed_weights(scene: &PreparedScene) -> PassedWeights {
         let unscattered = 1.0 - density * (between + above);
         [unscattered, density * between, density * above, 0.0]
     })
+}
+
+/// a_f of the fibre at the sine of an inclination. Where the averages of hair that is not painted are not there, it is by those of painted
+/// hair at its absorption.
+fn forward_average(hair: &HairMaterial, sin_theta: f32) -> [f32; 3] {
+    if hair.paint().is_none() || !hair.averages().is_empty() {
+        return sample_forward(&forward_table(hair.averages()), sin_theta).0;
+    }
+    let optics = hair.optics();
+    let averages = optics.painted.averages.view();
+    let row = average_row(averages.decode, optics.fibre.sigma_a, 1.0, 1.0);
+    sample_painted_forward(&averages, &row, sin_theta).0
 }
 
 /// Nodes and rays of a scene.

@@ -7,6 +7,9 @@ use strandlight_formats::{
 
 use crate::camera::Camera;
 
+/// Sets several keys of the hair.
+const PRESET: &str = "hair.preset";
+
 /// Why a key of a scene cannot have a value.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -80,7 +83,7 @@ fn set_in(root: &mut Value, key: &str, value: &Value) -> Result<(), SetError> {
         key: key.to_owned(),
         source,
     };
-    if let ("hair.preset", Value::String(name)) = (key, value) {
+    if let (PRESET, Value::String(name)) = (key, value) {
         let scene: Scene =
             serde_json::from_value(root.clone()).map_err(|error| at_key(error.into()))?;
         let hair = scene.hair.with_preset(name)?;
@@ -115,14 +118,14 @@ pub fn with_values(
         return Ok(scene);
     }
     // One by one: which key is to blame?
-    for (key, value) in values {
+    for (key, value) in in_order(values) {
         scene = with_key(&scene, key, value)?;
     }
     Ok(scene)
 }
 
-/// `scene` with all of `values`, in the order of entries of lists; `None` where something is wrong.
-fn with_all(scene: &Scene, values: &Map<String, Value>) -> Option<Scene> {
+/// Entries of lists in their order, and a preset before the keys that it sets too.
+fn in_order(values: &Map<String, Value>) -> Vec<(&String, &Value)> {
     let path = |key: &str| -> Vec<(Option<usize>, String)> {
         let parts = key.split('.');
         parts
@@ -130,9 +133,14 @@ fn with_all(scene: &Scene, values: &Map<String, Value>) -> Option<Scene> {
             .collect()
     };
     let mut values: Vec<(&String, &Value)> = values.iter().collect();
-    values.sort_by_cached_key(|(key, _)| path(key));
+    values.sort_by_cached_key(|(key, _)| (*key != PRESET, path(key)));
+    values
+}
+
+/// `scene` with all of `values`; `None` where something is wrong.
+fn with_all(scene: &Scene, values: &Map<String, Value>) -> Option<Scene> {
     let mut root = tree_of(scene).ok()?;
-    for (key, value) in values {
+    for (key, value) in in_order(values) {
         set_in(&mut root, key, value).ok()?;
     }
     let mut changed: Scene = serde_json::from_value(root).ok()?;
@@ -281,6 +289,20 @@ mod tests {
             Some(0.01),
             "not the preset's business"
         );
+    }
+
+    #[test]
+    fn a_preset_comes_before_the_keys_that_it_sets() {
+        let values =
+            json!({ "hair.eta": 2.5, "hair.preset": "xu-fig10-a", "hair.width_deg.r": 9.0 });
+        let values = values.as_object().expect("a table");
+        let view = || CameraSection::new([0.0; 3], [1.0; 3]);
+        let scene = Scene::new("a", "b");
+        let changed = with_values(scene.clone(), values, view).expect("valid");
+        let preset = set(&scene, "hair.preset", json!("xu-fig10-a"));
+        let mut wanted = preset.clone();
+        (wanted.hair.eta, wanted.hair.width_deg.r) = (2.5, 9.0);
+        assert!(preset.hair.eta != 2.5 && changed == wanted);
     }
 
     #[test]

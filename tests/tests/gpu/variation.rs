@@ -8,6 +8,7 @@ use strandlight_formats::{BakedFile, Groom, LightSet, Scene};
 use strandlight_render::ProgressiveRenderer;
 use strandlight_runtime::{Session, Viewer};
 use strandlight_scene::files::Files;
+use strandlight_scene::proxy::Proxy;
 use strandlight_tests::render_common::{context, keep, lights, picture_rmse, wig};
 
 const SIZE: [u32; 2] = [120, 90];
@@ -64,6 +65,32 @@ fn backends_agree() {
             "{variation}: {error} {other}"
         );
     }
+}
+
+/// What the hair passes on to a proxy is that of its fibre, whether strands vary or not.
+#[test]
+fn strands_that_hardly_vary_light_a_proxy_as_those_that_do_not() {
+    let context = context();
+    let drawn = |variation: Value, albedo: [f32; 3]| {
+        let mut scene = session(&variation).prepared().expect("a scene");
+        scene.proxies = vec![Proxy::Ellipsoid {
+            centre: scene.strands.centre,
+            radii: 0.6 * scene.strands.radius * glam::Vec3::ONE,
+            turn: glam::Quat::IDENTITY,
+            albedo,
+        }];
+        both(&context, &scene)
+    };
+    let grey = [0.8; 3];
+    let [plain, on_cpu] = drawn(json!({}), grey);
+    let [varied, varied_on_cpu] = drawn(json!({"melanin_strand": 0.001}), grey);
+    let [black, _] = drawn(json!({}), [0.0; 3]);
+    let error = picture_rmse(&varied, &plain);
+    let [before, after] =
+        [(&plain, &on_cpu), (&varied, &varied_on_cpu)].map(|(a, b)| picture_rmse(a, b));
+    let other = picture_rmse(&black, &plain);
+    println!("{error} {before} {after}, without light from it {other}");
+    assert!(error < 0.003 && after < 0.003 && other > 0.05);
 }
 
 fn both(

@@ -8,13 +8,13 @@ use serde_json::{Value, json};
 
 use strandlight_cpu::{CpuRenderer, InteractiveRenderer};
 use strandlight_formats::{
-    CameraSection, MotionSection, ProxySection, Scene, SrbfLight, WindSection,
+    BakedFile, CameraSection, MotionSection, ProxySection, Scene, SrbfLight, WindSection,
 };
 use strandlight_runtime::script::Script;
 use strandlight_runtime::{Display, InteractiveBackend, Session, Viewer};
 use strandlight_scattering::HairParams;
 use strandlight_scene::{Backend, PreparedScene};
-use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
+use strandlight_tests::scenes::{curtain, ellipsoid, key_and_sky, write_small_scene};
 
 const SIZE: [u32; 2] = [24, 16];
 
@@ -576,5 +576,99 @@ fn slow_edits_draw_what_a_fresh_scene_draws() {
                 ]),
             );
         }
+    }
+}
+
+#[test]
+fn hair_whose_paint_was_taken_back_counts_as_bare() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = write_small_scene(
+        folder.path(),
+        &curtain(20, 6, 0.2, 0.0),
+        key_and_sky(),
+        |scene| {
+            scene.hair.diameter_cm = Some(0.1);
+            scene.render.size = SIZE;
+        },
+    );
+    let session = Session::open(&at).expect("a scene");
+    let dye = json!({"radius_cm": 1.5, "effect": {"dye": [0.1, 0.9, 2.0]}});
+    let erase = json!({"radius_cm": 1.5, "effect": "erase"});
+    for script in [
+        // Painted hair is round and of model `marschner`.
+        json!([
+            {"stroke": {"brush": dye, "path": [[8, 6], [14, 8]]}},
+            {"undo": 1},
+            {"set": {"hair.eccentricity": 1.3}},
+            {"undo": 1},
+            {"redo": 1},
+        ]),
+        json!([
+            {"flood": dye},
+            {"flood": erase},
+            {"set": {"hair.model": "energy"}},
+            {"undo": 2},
+            {"redo": 2},
+        ]),
+        json!([
+            {"set": {"hair.eccentricity": 1.3}},
+            {"set": {"hair.eccentricity": 1}},
+            {"flood": dye},
+            {"undo": 2},
+            {"redo": 2},
+        ]),
+    ] {
+        check(&session, script);
+    }
+}
+
+/// A mesh that an edit brings is there, in the window as in a scene that is opened afresh.
+#[test]
+fn meshes_of_proxies_come_and_go_with_edits() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (name, radius) in [("small.mesh", 1.0), ("large.mesh", 1.8)] {
+        let mesh = ellipsoid([radius, 2.0 * radius, radius], 12);
+        mesh.write(&folder.path().join(name)).expect("written");
+    }
+    let hair = curtain(20, 6, 0.2, 0.0);
+    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |scene| {
+        scene.hair.diameter_cm = Some(0.1);
+        scene.render.size = SIZE;
+    });
+    let opened = |viewer: &Viewer<dyn Backend>| {
+        let copy = at.with_file_name("copy.toml");
+        let text = viewer.session().scene().to_toml_string().expect("valid");
+        std::fs::write(&copy, text).expect("written");
+        let session = Session::open(&copy).expect("a scene");
+        let fresh = Viewer::on(session, |scene| {
+            Ok(Box::new(CpuRenderer::new(scene)) as Box<dyn Backend>)
+        });
+        let (picture, _) = fresh.expect("drawn").frame(SIZE, 4).expect("a picture");
+        picture
+    };
+    let session = Session::open(&at).expect("a scene");
+    let viewer = Viewer::on(session, |scene| {
+        Ok(Box::new(CpuRenderer::new(scene)) as Box<dyn Backend>)
+    });
+    let mut viewer = viewer.expect("a scene that can be drawn");
+    let mut pictures = vec![opened(&viewer)];
+    let mesh = json!([{"kind": "mesh", "mesh": "small.mesh", "offset": [2, -2, 0], "albedo": [0.8, 0.8, 0.8]}]);
+    for values in [
+        json!({"proxy": mesh}),
+        json!({"proxy.0.mesh": "large.mesh"}),
+        json!({"proxy": []}),
+    ] {
+        viewer
+            .set(values.as_object().expect("a table"))
+            .expect("valid");
+        let (found, _) = viewer.frame(SIZE, 4).expect("a picture");
+        assert!(found == opened(&viewer), "{values}");
+        assert!(found != pictures[pictures.len() - 1], "{values}");
+        pictures.push(found);
+    }
+    for wanted in pictures.iter().rev().skip(1) {
+        viewer.undo().expect("drawn").expect("a step");
+        let (found, _) = viewer.frame(SIZE, 4).expect("a picture");
+        assert!(found == *wanted);
     }
 }

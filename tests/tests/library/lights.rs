@@ -283,3 +283,28 @@ fn parts_of_the_light_are_shown_and_follow_edits() {
     viewer.set_inspection(None);
     assert!(finished(&mut viewer) == picture);
 }
+
+#[test]
+fn hair_without_any_light_is_black() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (eccentricity, roughness) in [(1.0, 0.0), (1.3, 0.0), (1.0, 0.3)] {
+        let path = scene(folder.path(), |scene| {
+            scene.hair.eccentricity = eccentricity;
+            scene.variation.roughness_strand = roughness;
+            scene.lights.intensity = 0.0;
+            scene.render.background = Background::Color([0.0; 3]);
+        });
+        let prepared = Session::open(&path).expect("a scene").prepared();
+        let prepared = prepared.expect("a scene");
+        for renderer in [CpuRenderer::new, CpuRenderer::by_samples] {
+            let mut renderer = renderer(prepared.clone());
+            let (picture, _) = renderer.render(SIZE, 4, &|_| ()).expect("a picture");
+            let is_black = |rgba: &[f32; 4]| rgba[..3] == [0.0; 3];
+            assert!(
+                picture.rgba.iter().all(is_black),
+                "{eccentricity} {roughness}"
+            );
+            assert!(picture.rgba.iter().any(|rgba| rgba[3] > 0.0));
+        }
+    }
+}

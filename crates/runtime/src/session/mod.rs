@@ -230,7 +230,10 @@ impl Session {
             let after = AssetSnapshot::new(assets, self.next_paint_state())?;
             let before = std::mem::replace(&mut self.snapshot, after.clone());
             Some(Box::new([before, after]))
-        } else if change.has(Edits::LIGHTS | Edits::TABLES) || has_other_grade(&assets, before) {
+        } else if change.has(Edits::LIGHTS | Edits::TABLES)
+            || !Arc::ptr_eq(&assets.meshes, &before.meshes)
+            || has_other_grade(&assets, before)
+        {
             let before = std::mem::replace(&mut self.snapshot.assets, assets.clone());
             // The groom is the same, so its paint is not the step's business.
             Some(Box::new([before, assets].map(|assets| AssetSnapshot {
@@ -473,6 +476,7 @@ impl Session {
                         (Edits::GEOMETRY, !Arc::ptr_eq(&old.groom, &new.groom)),
                         (Edits::LIGHTS, !Arc::ptr_eq(&old.lights, &new.lights)),
                         (Edits::TABLES, !Arc::ptr_eq(&old.tables, &new.tables)),
+                        (Edits::PROXIES, !Arc::ptr_eq(&old.meshes, &new.meshes)),
                         (Edits::GRADE, has_other_grade(&old, new)),
                     ] {
                         change.edits.set(edit, is_other || change.has(edit));

@@ -1,7 +1,7 @@
 //! Brushes, and what the renderer is told of paint and of what lies under it.
 
 use strandlight_scene::material::check_paintable;
-use strandlight_scene::paint::{ActiveStroke, Brush, BrushStroke, Canvas, PaintKinds};
+use strandlight_scene::paint::{ActiveStroke, Brush, BrushStroke, Canvas, Paint, PaintKinds};
 use strandlight_scene::{Backend, RenderError, SceneError};
 
 use super::Viewer;
@@ -158,7 +158,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
             return false;
         };
         let variation = &self.session.scene().variation;
-        let own = self.session.paint();
+        let own = self.session.paint().filter(|paint| paint.is_painted());
         if !variation.varies_fibres() && own.is_none() {
             return true;
         }
@@ -168,5 +168,14 @@ impl<B: Backend + ?Sized> Viewer<B> {
             shifts: false,
         });
         drawn.or(wanted) != wanted
+    }
+
+    /// Does the renderer have paint that the document no longer has, and is its fibre one that takes none?
+    pub(super) fn is_unpaintable(&self) -> bool {
+        let scene = self.session.scene();
+        self.renderer.scene().hair.paint().is_some()
+            && check_paintable(&scene.hair.params()).is_err()
+            && !scene.variation.varies_fibres()
+            && !self.session.paint().is_some_and(Paint::is_painted)
     }
 }

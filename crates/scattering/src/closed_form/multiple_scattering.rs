@@ -143,7 +143,8 @@ pub fn forward_light(
     let share = transmitted(record, p);
     let gained = share.map(|share| (share - record.shares[0]).max(0.0));
     // One width for all channels: each counts by what it carries.
-    let brightest = rgb[0].max(rgb[1]).max(rgb[2]);
+    // Of a black light, too.
+    let brightest = rgb[0].max(rgb[1]).max(rgb[2]).max(1e-30);
     let carried = [0, 1, 2].map(|c| gained[c] * (rgb[c] / brightest) + 1e-12);
     let events = forward_events(record, p, share);
     let mean = (carried[0] * (beta_f_2[0] * events[0])

@@ -156,7 +156,8 @@ pub fn forward_light<S: Simd>(
     let one = f32x8::splat(simd, 1.0);
     let open = exp(-record.depths[0]);
     let reach = Reach::new(record);
-    let brightest = one / rgb[0].max(rgb[1]).max(rgb[2]);
+    // Of a black light, too.
+    let brightest = one / rgb[0].max(rgb[1]).max(rgb[2]).max(1e-30);
     let most = record.depths[2] * (16.0 / P_2);
     let mut gained = [open; 3];
     let (mut carried_sum, mut mean) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 0.0));

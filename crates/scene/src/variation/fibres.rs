@@ -191,6 +191,6 @@ pub fn varied_paint<'a>(
             let varied = fibres.under(scene.hair.params().sigma_a, paint)?;
             Ok(Some(Cow::Owned(varied)))
         }
-        None => Ok(paint.map(Cow::Borrowed)),
+        None => Ok(paint.filter(|paint| paint.is_painted()).map(Cow::Borrowed)),
     }
 }
