@@ -1,6 +1,6 @@
 //! `strandlight`: bakes light sets, tables and grooms, verifies and renders them.
 //!
-//! Exit codes: 0 done; 1 a check failed; 2 bad usage or bad input; 75 worth trying again; 130, 143
+//! Exit codes: 0 done; 1 a check failed; 2 bad usage or bad input; 75 worth trying again; 129, 130, 143
 //! interrupted.
 
 mod cli;

@@ -337,13 +337,17 @@ pub fn before_interrupted_end(act: impl FnOnce() + Send + 'static) {
     *lock(&LAST_ACT) = Some(Box::new(act));
 }
 
-/// Calls what [`before_interrupted_end`] was given, and [`end_all`], at SIGINT and SIGTERM and ends the process, with the
+/// Calls what [`before_interrupted_end`] was given, and [`end_all`], at SIGINT, SIGTERM and SIGHUP and ends the process, with the
 /// exit code that a shell gives to those signals. Where no handler can be installed, and on Windows, they end it as ever.
 pub fn end_all_when_interrupted() {
     #[cfg(unix)]
     {
-        use signal_hook::consts::{SIGINT, SIGTERM};
-        let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) else {
+        use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+        let mut ending = vec![SIGINT, SIGTERM];
+        if !ignores_closed_terminals() {
+            ending.push(SIGHUP);
+        }
+        let Ok(mut signals) = signal_hook::iterator::Signals::new(ending) else {
             return;
         };
         std::thread::spawn(move || {
@@ -366,6 +370,18 @@ pub fn end_all_when_interrupted() {
             }
         });
     }
+}
+
+/// Whether this process was started to outlive its terminal, as `nohup` does: SIGHUP is ignored. Only Linux tells; elsewhere
+/// SIGHUP ends the process, or does not, as if there were no handler.
+#[cfg(unix)]
+fn ignores_closed_terminals() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mut lines = status.lines();
+    let ignored = lines.find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    // SIGHUP is signal 1, the lowest bit.
+    ignored.is_none_or(|mask| mask & 1 != 0)
 }
 
 /// The programs that run and the folders that are there.

@@ -1,6 +1,6 @@
 //! `strandview`: shows a scene in a window, or renders frames of it without one.
 //!
-//! Exit codes: 0 done; 2 bad usage or bad input; 130 and 143 ended by SIGINT and SIGTERM.
+//! Exit codes: 0 done; 2 bad usage or bad input; 129, 130 and 143 ended by SIGHUP, SIGINT and SIGTERM.
 
 mod args;
 mod headless;
