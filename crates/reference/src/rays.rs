@@ -10,14 +10,12 @@
 mod traversal;
 
 use std::ops::ControlFlow;
-use std::time::Duration;
 
 use glam::{Vec3, Vec3A};
-use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
-use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::cwbvh::node::CwBvhNode;
 use strandlight_scattering::wide::{Level, dispatch};
+use strandlight_scene::hierarchy::hierarchy;
 use strandlight_scene::strands::Strands;
 
 use traversal::{Ray, Visit, traverse};
@@ -200,11 +198,7 @@ impl Rays {
                 pieces.push(piece);
             }
         }
-        let bvh = build_cwbvh(
-            &boxes,
-            BvhBuildParams::medium_build(),
-            &mut Duration::default(),
-        );
+        let bvh = hierarchy(&boxes);
         // Leaves in the order of the hierarchy need no list between them.
         let pieces = bvh
             .primitive_indices

@@ -29,6 +29,8 @@ pub mod camera;
 pub mod display;
 mod error;
 pub mod files;
+#[doc(hidden)]
+pub mod hierarchy;
 pub mod interactive;
 #[doc(hidden)]
 pub mod interreflection;

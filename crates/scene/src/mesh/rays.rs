@@ -1,15 +1,12 @@
 //! Rays against meshes.
 
-use std::time::Duration;
-
 use glam::{Vec3, Vec3A};
-use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::{Ray, RayHit};
 
 use super::MeshProxy;
+use crate::hierarchy::hierarchy;
 
 /// A mesh, and a bounding volume hierarchy over its triangles.
 ///
@@ -79,11 +76,7 @@ impl MeshRays {
                 Aabb::new(Vec3A::from(low - reach), Vec3A::from(high + reach))
             })
             .collect();
-        let mut bvh = build_cwbvh(
-            &boxes,
-            BvhBuildParams::medium_build(),
-            &mut Duration::default(),
-        );
+        let mut bvh = hierarchy(&boxes);
         let triangles = bvh.primitive_indices.iter().map(|&ix| {
             let [a, b, c] = corners(ix as usize);
             Triangle {

@@ -8,15 +8,18 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-use strandlight_formats::{Background, BakedFile, CameraSection, Groom, LightSet, Scene};
+use strandlight_formats::{
+    Background, BakedFile, CameraSection, Groom, LightSet, ProxySection, Scene,
+};
 use strandlight_tests::project_root;
 
 use strandlight_tests::render_common::{lights, wig};
+use strandlight_tests::scenes::ellipsoid;
 
 /// The scene of the page.
 pub const SCENE: &str = "small.toml";
 
-/// Writes a scene of some hundred strands, with a background that no hair has.
+/// Writes a scene of some hundred strands around a mesh, with a background that no hair has.
 pub fn scene_in(folder: &Path) -> PathBuf {
     let (points, strand_offsets) = wig(200, 12);
     let groom = Groom {
@@ -34,7 +37,10 @@ pub fn scene_in(folder: &Path) -> PathBuf {
     lights
         .write(&folder.join("light/five.lights"))
         .expect("written");
+    let head = ellipsoid([5.0, 6.0, 5.0], 12);
+    head.write(&folder.join("head.mesh")).expect("written");
     let mut scene = Scene::new("a wig.groom", "light/five.lights");
+    scene.proxies = vec![ProxySection::mesh("head.mesh")];
     scene.hair.diameter_cm = Some(0.06);
     scene.camera = Some(CameraSection {
         position: [10.0, 6.0, 52.0],
