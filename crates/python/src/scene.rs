@@ -7,11 +7,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::{Map, Value};
 use strandlight_cpu::CpuRenderer;
-use strandlight_formats::{BakedFile, Error, Groom, LightSet, Scene};
+use strandlight_formats::{BakedFile, CameraSection, Error, Groom, LightSet, Scene};
 use strandlight_scene::assets::{Assets, ModesToRead};
 use strandlight_scene::budget::{MAX_SECONDS, check_frame};
 use strandlight_scene::files::{Files, MAX_GROOM_BYTES};
-use strandlight_scene::keys::{camera_section, with_key, with_values};
+use strandlight_scene::keys::{camera_section, with_values};
 use strandlight_scene::{Backend, PreparedScene};
 
 use crate::arrays::shaped;
@@ -214,15 +214,11 @@ fn with_keys(
     keys: &Map<String, Value>,
     (groom, lights): (Option<&Groom>, Option<&LightSet>),
 ) -> Outcome<Scene> {
-    if !keys.keys().any(|key| key.starts_with("camera.")) {
-        let mut changed = scene;
-        for (key, value) in keys {
-            changed = with_key(&changed, key, value)?;
-        }
-        return Ok(changed);
-    }
+    let asks_for_view = keys.keys().any(|key| key.starts_with("camera."));
     let view = match &scene.camera {
         Some(camera) => camera.clone(),
+        // Nobody asks for it, and finding it reads files.
+        None if !asks_for_view => CameraSection::new([0.0; 3], [1.0; 3]),
         None => {
             let files = files(&scene, groom, lights)?;
             let assets = Assets::read(&scene, &files, ModesToRead::OfScene).map_err(Fault::from);

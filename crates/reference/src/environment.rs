@@ -257,7 +257,7 @@ mod tests {
             })
             .collect();
         let map = Map::new(width, height, pixels).unwrap();
-        let sampler = MapSampler::new(&map, 0.7, 2.0);
+        let sampler = MapSampler::new(&map, 0.7, [2.0; 3]);
         (map, Environment::Map(sampler))
     }
 

@@ -283,6 +283,26 @@ fn the_map_lights_as_its_lights_do() {
         map > 0.0 && (lights / map - 1.0).abs() < 0.03,
         "{lights} {map}"
     );
+    // Tinted and scaled, too.
+    let tinted = "--set lights.tint=[0.25,0.5,0] --set lights.intensity=3";
+    for (method, name) in [("", "c.exr"), ("--map sky.hdr", "d.exr")] {
+        assert_done(&mut reference(
+            folder.path(),
+            &format!("{common} -o {name} {tinted} {method}"),
+        ));
+    }
+    let sum = |name: &str| {
+        let pixels = exr_rgba(&folder.path().join(name));
+        let hair = pixels.iter();
+        hair.fold([0.0_f32; 3], |sum, p| [0, 1, 2].map(|c| sum[c] + p[c]))
+    };
+    let (lights, map) = (sum("c.exr"), sum("d.exr"));
+    assert!((mean("d.exr") / mean("b.exr") - 1.5).abs() < 0.03);
+    for channel in 0..2 {
+        let ratio = lights[channel] / map[channel];
+        assert!((ratio - 1.0).abs() < 0.03, "{lights:?} {map:?}");
+    }
+    assert_eq!((lights[2], map[2]), (0.0, 0.0));
 }
 
 /// The groom of [`scene_in`] dyed all over, with widths as well or without.

@@ -7,7 +7,7 @@ use strandlight_render::gpu::Context;
 use strandlight_render::{
     HairError, HairOptions, HairRenderer, HairView, PrepareBudget, ProgressiveRenderer, wgpu,
 };
-use strandlight_scene::PreparedScene;
+use strandlight_scene::{PreparedScene, RenderError};
 use strandlight_tests::render_common::{context, rings, wig_scene};
 
 const SIZE: [u32; 2] = [96, 72];
@@ -452,4 +452,23 @@ fn hosts_are_told_what_cannot_be_drawn() {
     assert!(matches!(refused, Err(HairError::View(_))));
     context.queue.submit([encoder.finish()]);
     context.wait("host").unwrap();
+    // Records of so many lights are in a buffer that the device does not have.
+    let small = Context::within(|limits| {
+        limits.max_storage_buffer_binding_size = 16 << 20;
+        limits.max_buffer_size = 16 << 20;
+    });
+    let small = small.unwrap();
+    let mut many = scene.clone();
+    many.lights = vec![scene.lights[0]; 64];
+    let refused = HairRenderer::new(&small.device, &small.queue, many.clone(), options);
+    let is_too_large = |error: &RenderError| matches!(error, RenderError::TooLarge { limit, .. } if *limit == 16 << 20);
+    let refused = refused.err().expect("refused");
+    assert!(
+        matches!(&refused, HairError::Render(error) if is_too_large(error)),
+        "{refused}"
+    );
+    let hair = HairRenderer::new(&small.device, &small.queue, scene.clone(), options);
+    let mut hair = hair.unwrap();
+    assert!(is_too_large(&hair.set_scene(many).unwrap_err()));
+    assert_eq!(hair.scene().lights, scene.lights);
 }

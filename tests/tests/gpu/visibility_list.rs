@@ -585,3 +585,20 @@ fn lists_are_drawn_without_waiting_for_them() {
     let (mean, most) = difference(&last, &window(&context, &scene).1);
     assert!(mean < 0.01 && most <= 2, "{mean} {most}");
 }
+
+/// Software devices end the loops of a pixel with very many hits.
+#[test]
+fn small_pictures_of_much_hair_are_whole() {
+    let context = context();
+    let mut scene = wig_scene(4000);
+    scene.size = [16, 12];
+    let draw = |renderer: &mut dyn Backend| {
+        let (picture, _) = renderer.render(scene.size, 64, &|_| ()).unwrap();
+        picture
+    };
+    let on_cpu = draw(&mut CpuRenderer::new(scene.clone()));
+    let on_gpu = draw(&mut by_list(&context, &scene));
+    let difference = picture_rmse(&on_gpu, &on_cpu);
+    println!("{difference}");
+    assert!(difference < 0.05, "{difference}");
+}

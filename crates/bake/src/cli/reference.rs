@@ -407,16 +407,30 @@ fn environment(
         return Ok((Environment::Lights(lights), String::new()));
     };
     let map = Map::read(path).map_err(Failure::input)?;
-    let turn = scene.lights.rotate_deg.to_radians() as f32;
-    let sampler = MapSampler::new(&map, turn, scene.lights.intensity as f32);
-    let decided = format!(
+    let sampler = map_as_lit(scene, &map);
+    let lights = &scene.lights;
+    let mut decided = format!(
         "{} {} {}",
         map.source().hash,
-        scene.lights.rotate_deg,
-        scene.lights.intensity
+        lights.rotate_deg,
+        lights.intensity
     );
+    // Parts that were begun before tints counted go on.
+    if lights.tint != [1.0; 3] {
+        decided += &format!(" {:?}", lights.tint);
+    }
     let added = added_lights(scene, prepared);
     Ok((Environment::with_added(sampler, added), decided))
+}
+
+/// The light of `map` as `scene` has that of its set: turned, scaled and tinted.
+pub(super) fn map_as_lit(scene: &Scene, map: &Map) -> MapSampler {
+    let turn = scene.lights.rotate_deg.to_radians() as f32;
+    let factor = scene
+        .lights
+        .tint
+        .map(|tint| (tint * scene.lights.intensity) as f32);
+    MapSampler::new(map, turn, factor)
 }
 
 /// The lights that `scene` adds to its set, as they are lit.

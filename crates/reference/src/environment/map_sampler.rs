@@ -18,13 +18,13 @@ pub struct MapSampler {
 }
 
 impl MapSampler {
-    /// `map` turned by `turn` radians about +Y, its radiance times `intensity`.
-    pub fn new(map: &Map, turn: f32, intensity: f32) -> Self {
+    /// `map` turned by `turn` radians about +Y, its radiance times `factor`, linear RGB.
+    pub fn new(map: &Map, turn: f32, factor: [f32; 3]) -> Self {
         let grid = map.grid();
         let pixels: Vec<[f32; 3]> = map
             .pixels()
             .iter()
-            .map(|pixel| pixel.map(|x| x * intensity))
+            .map(|pixel| [0, 1, 2].map(|channel| pixel[channel] * factor[channel]))
             .collect();
         let power =
             |(ix, pixel): (usize, &[f32; 3])| mean(*pixel) * grid.solid_angle(ix / grid.width);

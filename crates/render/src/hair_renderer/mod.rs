@@ -16,6 +16,7 @@ mod visible_list;
 use crate::gpu::{Context, GpuError, ResourceCounts};
 use crate::hair_options::HairOptions;
 use crate::limits;
+use crate::passes::DeviceBytes;
 use crate::passes::clock::Clock;
 use crate::passes::deform::Deform;
 use crate::passes::draw::{Projection, Ribbons};
@@ -142,7 +143,7 @@ impl HairRenderer {
         let context = Context::from_host(device, queue);
         Ok(HairRenderer::on(
             &context,
-            scene,
+            fitting(&context, scene)?,
             Clock::none(),
             Some(options),
         )?)
@@ -207,6 +208,7 @@ impl HairRenderer {
     /// # Errors
     /// Whatever the device refuses; nothing is changed then.
     pub fn set_scene(&mut self, scene: PreparedScene) -> Result<(), RenderError> {
+        let scene = fitting(&self.context, scene)?;
         *self = HairRenderer::on(&self.context, scene, Clock::none(), self.options)?;
         Ok(())
     }
@@ -275,4 +277,9 @@ pub fn required_limits(offered: &wgpu::Limits) -> Result<wgpu::Limits, GpuError>
         adapter: "of the host".to_owned(),
         reason,
     })
+}
+
+/// `scene` as it fits the device of a host, which has pictures of its own.
+fn fitting(context: &Context, scene: PreparedScene) -> Result<PreparedScene, RenderError> {
+    DeviceBytes::fit(scene, [1; 2], &context.device.limits(), u64::MAX)
 }

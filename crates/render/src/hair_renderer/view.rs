@@ -61,7 +61,7 @@ impl HostCamera {
             .iter()
             .all(|axis| (axis.length() / scale - 1.0).abs() < 1e-3)
             && axes[0].dot(axes[1]).abs() < 1e-3 * scale * scale
-            && axes[0].cross(axes[1]).dot(axes[2]) > 0.0;
+            && axes[0].cross(axes[1]).dot(axes[2]) > (1.0 - 1e-3) * scale.powi(3);
         if !is_affine || !is_similar || scale <= 0.0 {
             return Err(ViewError::View);
         }
@@ -106,6 +106,7 @@ impl HostCamera {
 
 #[cfg(test)]
 mod tests {
+    use glam::Mat3;
     use glam::camera::rh::proj::directx::{
         orthographic, perspective, perspective_infinite_reverse,
     };
@@ -162,6 +163,8 @@ mod tests {
         for matrix in [
             Mat4::from_scale(Vec3::new(1.0, 2.0, 1.0)),
             Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0)),
+            // Sheared, its axes of equal length.
+            Mat4::from_mat3(Mat3::from_cols(Vec3::X, Vec3::Y, Vec3::new(0.6, 0.0, 0.8))),
             Mat4::ZERO,
             Mat4::from_scale(Vec3::splat(f32::NAN)),
         ] {

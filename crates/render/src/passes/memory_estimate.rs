@@ -137,6 +137,25 @@ impl DeviceBytes {
         self.parts.iter().map(|part| part.bytes).sum()
     }
 
+    /// `scene` as it fits a device of `limits`, in `budget` bytes, with pictures of `size`: where the records of all lights take too
+    /// much, every shading finds them again, batch by batch.
+    ///
+    /// # Errors
+    /// As [`DeviceBytes::check`].
+    pub(crate) fn fit(
+        mut scene: PreparedScene,
+        size: [u32; 2],
+        limits: &wgpu::Limits,
+        budget: u64,
+    ) -> Result<PreparedScene, RenderError> {
+        let bytes = DeviceBytes::new(&scene, size);
+        if bytes.check(limits, budget).is_err() {
+            scene.record_budget = 0;
+            DeviceBytes::new(&scene, size).check(limits, budget)?;
+        }
+        Ok(scene)
+    }
+
     /// Refuses what does not fit a device of `limits`, or all of it into `budget` bytes.
     ///
     /// # Errors

@@ -141,13 +141,8 @@ impl ProgressiveRenderer {
         let limits = context.device.limits();
         // The size of stills; none is on the device before it is asked for.
         scene.size = parts::fitting(scene.size, &limits);
-        if DeviceBytes::new(&scene, scene.size)
-            .check(&limits, bytes)
-            .is_err()
-        {
-            scene.record_budget = 0;
-            DeviceBytes::new(&scene, scene.size).check(&limits, bytes)?;
-        }
+        let size = scene.size;
+        let scene = DeviceBytes::fit(scene, size, &limits, bytes)?;
         let before = context.counts();
         let mut hair = HairRenderer::on(context, scene, Clock::new(context), None)?;
         hair.report.stats = hair.scene.counts(context.name());

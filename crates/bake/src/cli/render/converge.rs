@@ -8,7 +8,7 @@ use strandlight_formats::{Background, Scene, counted};
 use strandlight_images::Map;
 use strandlight_images::exr_file::{self, floats};
 use strandlight_reference::converge::{Converged, Convergence, TILE, next_step};
-use strandlight_reference::environment::{LightSampler, MapSampler};
+use strandlight_reference::environment::LightSampler;
 use strandlight_reference::{Environment, MAX_TRUTH_SAMPLES, TracedScene};
 use strandlight_scene::files::Files;
 use strandlight_scene::provenance::{Provenance, Recorder};
@@ -18,7 +18,7 @@ use super::args::{Args, Format};
 use super::report::{inputs, report};
 use super::until::Until;
 use crate::cli::progress::progress;
-use crate::cli::reference::added_lights;
+use crate::cli::reference::{added_lights, map_as_lit};
 use crate::cli::{Failure, Outcome, note, print_line, write_output};
 
 /// Most pixels: some 300 bytes are kept of each.
@@ -46,9 +46,7 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
         Some(path) => {
             let map = Map::read(path).map_err(Failure::input)?;
             provenance = provenance.with("map", &map.source().hash);
-            let turn = scene.lights.rotate_deg.to_radians() as f32;
-            let intensity = scene.lights.intensity as f32;
-            let sampler = MapSampler::new(&map, turn, intensity);
+            let sampler = map_as_lit(scene, &map);
             Environment::with_added(sampler, added_lights(scene, &prepared))
         }
     };

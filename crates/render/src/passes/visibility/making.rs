@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::super::parts::SOFTWARE_HITS_PER_PIXEL;
 use super::super::readback::Readback;
 use super::super::resources::{StrandBuffers, compute_pass, failed, grow, step, submit};
 use super::super::stamp::Stamp;
@@ -197,6 +198,10 @@ impl VisibilityPass {
 
     /// Shares rows of so many hits out into bands, and makes room for those of one. Answers whether it fits the device.
     fn make_room(&mut self, context: &Context, rows: &[u32]) -> bool {
+        let most_of_row = u64::from(SOFTWARE_HITS_PER_PIXEL) * u64::from(self.extent[0]);
+        if context.is_software() && rows.iter().any(|&n| u64::from(n) > most_of_row) {
+            return false;
+        }
         let fitting = u32::try_from(limit(context) / HIT_BYTES).unwrap_or(u32::MAX);
         self.bands = bands(rows, self.most_hits.min(fitting));
         let most = self.bands.iter().map(|band| hits_of(rows, band));
