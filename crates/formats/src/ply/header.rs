@@ -155,8 +155,12 @@ impl Header {
                 }
                 [b"comment" | b"obj_info", ..] | [] => {}
                 [b"element", name, n] => {
+                    let name = text(name);
+                    if elements.iter().any(|element| element.name == name) {
+                        return Err(line.is_not("an element of a new name"));
+                    }
                     elements.push(Element {
-                        name: text(name),
+                        name,
                         count: count(n).ok_or_else(|| line.is_not("an element"))?.into(),
                         properties: Vec::new(),
                     });

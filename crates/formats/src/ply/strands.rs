@@ -38,8 +38,9 @@ pub(super) fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
     refuse_others(&header)?;
     let mut vertices = Vertices::default();
     let mut segments: Option<Vec<usize>> = None;
-    // Does an edge go from this vertex to the next?
-    let mut is_joined: Option<Vec<bool>> = None;
+    // Vertices that an edge joins to the next. Edges may stand before the vertices.
+    let mut joined: Option<Vec<usize>> = None;
+    let n_vertices = header.element("vertex").map_or(0, |vertex| vertex.count) as f64;
     let mut body = Body::new(bytes, &header);
     for element in &header.elements {
         let property = |names: &[&str]| element.property(names);
@@ -63,21 +64,21 @@ pub(super) fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
                 let Some((from, to)) = ends else {
                     return Err(lacks("edge", "vertex1 and vertex2"));
                 };
-                let mut joined = vec![false; vertices.points.len()];
+                let mut found = Vec::new();
                 body.element(element, |ix, values| {
                     let (low, high) = match values[from] < values[to] {
                         true => (values[from], values[to]),
                         false => (values[to], values[from]),
                     };
-                    if high != low + 1.0 || low < 0.0 || high >= joined.len() as f64 {
+                    if high != low + 1.0 || low < 0.0 || high >= n_vertices {
                         let found = format!("{} to {}", values[from], values[to]);
                         let range = "from one vertex to the next, as along a strand";
                         return Err(Error::value(format!("edge {ix}"), found, range));
                     }
-                    joined[low as usize] = true;
+                    found.push(low as usize);
                     Ok(())
                 })?;
-                is_joined = Some(joined);
+                joined = Some(found);
             }
             _ => body.element(element, |_, _| Ok(()))?,
         }
@@ -85,9 +86,9 @@ pub(super) fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
     let mut notes = Vec::new();
     let n = vertices.points.len();
     if vertices.starts.is_empty() {
-        vertices.starts = match (segments, is_joined) {
+        vertices.starts = match (segments, joined) {
             (Some(segments), _) => starts_of(&segments, n)?,
-            (None, Some(joined)) => (0..n).filter(|&ix| ix == 0 || !joined[ix - 1]).collect(),
+            (None, Some(joined)) => starts_between(&joined, n),
             (None, None) => {
                 let what = format!(
                     "the file does not say where strands end: read as {USUAL_POINTS} points each"
@@ -181,6 +182,15 @@ fn starts_of(segments: &[usize], n: usize) -> Result<Vec<usize>> {
         return Err(Error::invalid(what, 0));
     }
     Ok(starts)
+}
+
+/// First vertices of strands, where `joined` vertices of `n` go on to the next.
+fn starts_between(joined: &[usize], n: usize) -> Vec<usize> {
+    let mut is_start = vec![true; n];
+    for &ix in joined {
+        is_start[ix + 1] = false;
+    }
+    (0..n).filter(|&ix| is_start[ix]).collect()
 }
 
 /// First vertices of strands of the usual number of points.

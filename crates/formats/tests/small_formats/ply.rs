@@ -80,6 +80,25 @@ fn ply_files_of_strands_are_read() {
 }
 
 #[test]
+fn edges_may_stand_before_the_vertices() {
+    let file = |n_edges: usize, edges: &str| {
+        let rows = "0 0 0\n1 0 0\n2 0 0\n3 0 0\n4 0 0\n";
+        format!(
+            "ply\nformat ascii 1.0\nelement edge {n_edges}\nproperty int vertex1\n\
+             property int vertex2\nelement vertex 5\n{XYZ}end_header\n{edges}{rows}"
+        )
+        .into_bytes()
+    };
+    let import = import("ply", &file(3, "0 1\n2 3\n3 4\n"), &cm()).unwrap();
+    assert_eq!(import.groom.strand_offsets, [0, 2, 5]);
+    let error = format_error("ply", &file(3, "0 1\n2 3\n4 5\n"));
+    assert!(error.contains("edge 2 is 4 to 5"), "{error}");
+    // Without edges no strand has two points.
+    let error = format_error("ply", &file(0, ""));
+    assert!(error.contains("number of strands"), "{error}");
+}
+
+#[test]
 fn ply_files_that_say_nothing_have_strands_of_100_points() {
     // As GaussianHaircut writes them: strands far from each other.
     let row = |ix: usize| format!("{} {} 0.5 0 0 0", ix / 100, (ix % 100) as f32 * 0.002);
@@ -152,6 +171,10 @@ fn lies_of_ply_are_named() {
             "file ends after 2 of 3 items of element vertex",
         ),
         (text("element vertex 2\n", ""), "is not below an element"),
+        (
+            text("end_header", &format!("element vertex 5\n{XYZ}end_header")),
+            "\"element vertex 5\" is not an element of a new name",
+        ),
         (
             text("property float z", "property quad z"),
             "is not a property",
