@@ -18,10 +18,11 @@ pub(super) fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
     let archive = Archive::new(bytes)?;
     let mut notes = Notes::default();
     let mut tree = Tree::new(&archive, &mut notes)?;
+    // Of the whole archive: a frame is the same moment whichever object is read.
+    let times = times(&archive, &tree)?;
     if let Some(path) = &options.object {
         tree.select(path)?;
     }
-    let times = times(&archive, &tree)?;
     let Some(&time) = times.get(options.frame as usize) else {
         let range = format!("in 0..={}", times.len() - 1);
         return Err(Error::value("frame", options.frame, range));

@@ -569,3 +569,24 @@ fn samples_are_those_of_the_time() {
         assert_eq!(found.points, wanted[..]);
     }
 }
+
+#[test]
+fn a_frame_is_one_moment_whichever_object_is_read() {
+    let mut moving = Curves::new(LINEAR, &[2]);
+    let first = moving.points[0].clone();
+    let second: Vec<[f32; 3]> = first.iter().map(|p| [p[0] + 1.0, p[1], p[2]]).collect();
+    moving.points.push(second.clone());
+    let mut still = Curves::new(LINEAR, &[3]);
+    still.name = "still";
+    let bytes = archive(&[], &[moving, still.clone()]);
+    let read = |path: &str, frame| {
+        let options = ImportOptions::default().with_object(path).with_frame(frame);
+        let import = AlembicFormat.read(&bytes, &options)?;
+        Result::Ok(import.groom.points)
+    };
+    for (frame, moved) in (0..).zip([first, second]) {
+        assert_eq!(read("/hair", frame).unwrap(), moved);
+        assert_eq!(read("/still", frame).unwrap(), still.points[0]);
+    }
+    assert!(read("/still", 2).is_err());
+}
