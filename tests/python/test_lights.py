@@ -72,6 +72,9 @@ def test_lights_from_arrays_come_back():
     assert np.allclose(made.axes, [[0, 1, 0], [0.5**0.5, 0.5**0.5, 0]])
     assert np.allclose(made.sharpness, [4, 8.5], rtol=1e-6)
     assert np.allclose(made.evaluate([0, 1, 0])[0], 1 + np.exp(8.5 * (0.5**0.5 - 1)))
+    # By falling energy, whatever their order was.
+    turned = sl.LightSet.from_arrays(axes[::-1], [8.5, 4], np.ones((2, 3)))
+    assert np.array_equal(turned.axes, made.axes) and np.array_equal(turned.sharpness, made.sharpness)
 
 
 def test_pictures_of_it_are_png(folder, tmp_path, strandlight):

@@ -8,7 +8,8 @@ use pyo3::types::{PyBytes, PyDict};
 use rayon::prelude::*;
 use strandlight_bake::lights::exchange::{lambda, sharpness};
 use strandlight_bake::lights::{
-    FitOptions, STEPS, evaluate, fit, light_set, light_set_png, preview_png, radiance, texel_means,
+    FitOptions, STEPS, evaluate, fit, light_set, light_set_png, preview_png, radiance, sort_lights,
+    texel_means,
 };
 use strandlight_formats::{BakedFile, LightSet as Lights, LightSetInfo, SrbfLight};
 use strandlight_images::{LatLong, Map, MapSelection};
@@ -95,7 +96,7 @@ pub fn fit_lights(
 
 #[pymethods]
 impl LightSet {
-    /// Lights of `axes` `(n, 3)`, `sharpness` `(n,)` and `rgb` `(n, 3)`.
+    /// Lights of `axes` `(n, 3)`, `sharpness` `(n,)` and `rgb` `(n, 3)`, sorted by falling energy.
     #[staticmethod]
     fn from_arrays(
         py: Python<'_>,
@@ -122,7 +123,8 @@ impl LightSet {
                     rgb,
                 })
             });
-            let lights = lights.collect::<Outcome<Vec<SrbfLight>>>()?;
+            let mut lights = lights.collect::<Outcome<Vec<SrbfLight>>>()?;
+            sort_lights(&mut lights);
             let info = LightSetInfo {
                 requested_count: lights.len() as u32,
                 parameters: vec![("format".to_owned(), "arrays".to_owned())],

@@ -12,7 +12,7 @@ use strandlight_bake::lights::evaluate;
 use strandlight_formats::{BakedFile, LightSet};
 use strandlight_images::Map;
 use strandlight_tests::samples::{exr_map, real_file};
-use strandlight_tests::{assert_refused, project_root, strandlight};
+use strandlight_tests::{assert_done, assert_refused, project_root, strandlight};
 
 #[test]
 fn writes_lights_report_and_preview() {
@@ -419,8 +419,8 @@ fn exported_lights_come_back() {
     let map = project_root().join("data/sample/studio.exr");
     fs::copy(map, at.join("studio.exr")).expect("copied");
     done("lights studio.exr --count 6 --no-report -o a.lights");
-    for name in ["a.json", "a.npy", "a.h", "a.exr"] {
-        done(&format!("export a.lights -o {name} --width 64"));
+    for name in ["a.json", "a.npy", "a.h", "a.exr --width 64"] {
+        done(&format!("export a.lights -o {name}"));
     }
     let lights = |name: &str| LightSet::read(&at.join(name)).expect("a light set").lights;
     done("lights import a.json -o json.lights");
@@ -451,6 +451,34 @@ fn exported_lights_come_back() {
     done("lights import own.json -o own.lights");
     let own = lights("own.lights")[0];
     assert_eq!((own.direction, own.lambda), ([0.0, 1.0, 0.0], 0.5));
+}
+
+#[test]
+fn imported_lights_are_by_falling_energy() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let light = |amplitude: u8| {
+        format!(r#"{{"direction": [0, 1, 0], "lambda": 0.3, "rgb": [{amplitude}, 0, 0]}}"#)
+    };
+    let import = |amplitudes: [u8; 3]| {
+        let lights = amplitudes.map(light).join(", ");
+        fs::write(at.join("a.json"), format!(r#"{{"lights": [{lights}]}}"#)).expect("written");
+        let args = ["lights", "import", "a.json", "-o", "a.lights"];
+        let output = strandlight().current_dir(at).args(args).output();
+        let output = output.expect("it runs");
+        assert!(output.status.success(), "{output:?}");
+        assert_done(strandlight().current_dir(at).args(["verify", "a.lights"]));
+        let lights = LightSet::read(&at.join("a.lights")).expect("a light set");
+        let notes = String::from_utf8(output.stderr).expect("UTF-8");
+        (lights.lights.into_iter().map(|it| it.rgb[0]), notes)
+    };
+    let (amplitudes, notes) = import([2, 3, 1]);
+    assert!(amplitudes.eq([3.0, 2.0, 1.0]));
+    let sorted = "a.json: the lights are sorted by falling energy";
+    assert!(notes.contains(sorted), "{notes}");
+    let (amplitudes, notes) = import([3, 2, 2]);
+    assert!(amplitudes.eq([3.0, 2.0, 2.0]));
+    assert!(!notes.contains("sorted"), "{notes}");
 }
 
 #[test]

@@ -11,6 +11,7 @@
 //! - [`evaluate`]: how far a light set is from its map; [`preview_png`]: the same to look at;
 //!   [`light_set()`]: the file; [`panorama()`]: the map for the background of pictures.
 //! - [`texel_means`]: a light set as a map.
+//! - [`sort_lights`]: lights from elsewhere in the order of a set.
 //! - [`exchange`]: light sets for other programs; [`rig`]: as lights of USD.
 //!
 //! ```
@@ -34,6 +35,7 @@ mod fit;
 mod harmonics;
 mod light_set;
 mod linear;
+mod order;
 mod panorama;
 mod preview;
 mod projection;
@@ -54,6 +56,7 @@ pub use budget::{
 pub use cells::radiance;
 pub use fit::{Fit, FitError, FitOptions, MAX_FITTED_LIGHTS, STEPS, fit};
 pub use light_set::light_set;
+pub use order::{light_energy, misplaced_light, sort_lights};
 pub use panorama::panorama;
 pub use preview::{Pictures, light_set_png, pictures, preview_png};
 pub use report::{EVALUATION_STEPS, evaluate, evaluate_with_progress};

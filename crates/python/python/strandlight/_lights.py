@@ -87,7 +87,7 @@ class LightSet:
     @staticmethod
     def from_arrays(axes: ArrayLike, sharpness: ArrayLike, rgb: ArrayLike) -> LightSet:
         """Lights from elsewhere: ``axes (n, 3)``, of any length above 0, ``sharpness (n,)`` and
-        ``rgb (n, 3)``, linear Rec.709."""
+        ``rgb (n, 3)``, linear Rec.709. As in every set, they are by falling energy then."""
         of_axes = converted(axes, np.float64, (None, 3), "axes")
         n = len(of_axes)
         of_sharpness = converted(sharpness, np.float64, (n,), "sharpness")

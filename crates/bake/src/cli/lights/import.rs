@@ -4,12 +4,15 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 use strandlight_bake::lights::exchange::lambda;
+use strandlight_bake::lights::sort_lights;
 use strandlight_formats::{
     BakedFile, LightSet, LightSetInfo, NpyArray, SrbfLight, content_hash, counted, in_plain_words,
     read_file,
 };
 
-use crate::cli::{Failure, Outcome, check_outputs, check_own_extension, print_line, write_output};
+use crate::cli::{
+    Failure, Outcome, check_outputs, check_own_extension, note, print_line, write_output,
+};
 
 /// Longest file that is read, bytes.
 const MAX_BYTES: u64 = 64 << 20;
@@ -18,7 +21,8 @@ const MAX_BYTES: u64 = 64 << 20;
 ///
 /// JSON: as `strandlight export` writes it; of each light direction, lambda or sharpness (2 / lambda^2),
 /// and rgb are read. NumPy: an array of shape [n, 7], float32 or float64, with x, y, z, sharpness, r, g, b in
-/// each row, as PhySG has it. Directions are made unit vectors. The format is detected from the file's content.
+/// each row, as PhySG has it. Directions are made unit vectors, and lights are sorted by falling energy. The
+/// format is detected from the file's content.
 #[derive(clap::Args)]
 pub struct Args {
     /// .json or .npy file, - for standard input
@@ -46,10 +50,15 @@ pub fn run(args: &Args) -> Outcome {
     check_outputs(&[&args.input], &[&args.output])?;
     check_own_extension(&args.output, "lights")?;
     let bytes = read_file(&args.input, MAX_BYTES).map_err(Failure::input)?;
-    let set = set_of(&bytes).map_err(|what| Failure::file(&args.input, what))?;
+    let mut set = set_of(&bytes).map_err(|what| Failure::file(&args.input, what))?;
+    let is_sorted = sort_lights(&mut set.lights);
     let file = set
         .to_bytes()
         .map_err(|error| Failure::file(&args.input, error))?;
+    if is_sorted {
+        let what = "the lights are sorted by falling energy; numbers of lights are by that order";
+        note!("{}: {what}", args.input.display());
+    }
     write_output(&args.output, &file)?;
     print_line(format_args!(
         "wrote {}: {}, {} bytes",

@@ -1,11 +1,11 @@
 //! Checks of light sets.
 
 use strandlight_bake::lights::{
-    EVALUATION_STEPS, evaluate_with_progress, evaluate_with_residual, rest_parameter,
+    EVALUATION_STEPS, evaluate_with_progress, evaluate_with_residual, light_energy,
+    misplaced_light, rest_parameter,
 };
-use strandlight_formats::{FitReport, LightSet, SrbfLight};
+use strandlight_formats::{FitReport, LightSet};
 use strandlight_images::Map;
-use strandlight_scattering::spherical_gaussian::solid_angle;
 use strandlight_scene::progress::Progress;
 
 use crate::cli::progress::progress;
@@ -20,8 +20,6 @@ const ENERGY_TOLERANCE: f64 = 5e-3;
 const RECORDED_TOLERANCE: f64 = 1e-3;
 /// See [`RECORDED_TOLERANCE`].
 const RECORDED_FLOOR: f64 = 1e-7;
-/// By how much a light may pass the one before it: single precision.
-const ORDER_TOLERANCE: f64 = 1e-5;
 
 /// What the format promises beyond what every reader checks; with a map, the fit measured again.
 pub fn checks(set: &LightSet, reference: Option<&Reference<'_>>) -> Vec<Line> {
@@ -42,25 +40,13 @@ fn wrong_count(set: &LightSet) -> Option<String> {
     (asked > 0 && found > asked).then(|| format!("{found}, but {asked} were asked for"))
 }
 
-/// Energy of a light over the sphere, all channels.
-fn energy(light: &SrbfLight) -> f64 {
-    let rgb: f64 = light.rgb.iter().map(|&x| f64::from(x)).sum();
-    rgb * solid_angle(f64::from(light.lambda))
-}
-
 fn misplaced(set: &LightSet) -> Option<String> {
-    let energies: Vec<f64> = set.lights.iter().map(energy).collect();
-    let pairs = energies.windows(2).enumerate();
-    pairs
-        .filter(|(_, pair)| pair[1] > pair[0] * (1.0 + ORDER_TOLERANCE))
-        .map(|(ix, pair)| {
-            let next = ix + 1;
-            format!(
-                "lights[{next}] has energy {:.6e}, more than {:.6e} of lights[{ix}]",
-                pair[1], pair[0]
-            )
-        })
-        .next()
+    let ix = misplaced_light(&set.lights)?;
+    let [before, own] = [ix - 1, ix].map(|ix| light_energy(&set.lights[ix]));
+    Some(format!(
+        "lights[{ix}] has energy {own:.6e}, more than {before:.6e} of lights[{}]",
+        ix - 1
+    ))
 }
 
 /// A hash that is neither empty nor 16 digits.
