@@ -487,6 +487,21 @@ fn edits_do_what_they_say_and_the_same_again() {
     done(at, "groom thin a.groom --strands 30 -o thin.hair");
     done(at, "groom thin thin.hair --strands 10 -o thin.data");
     for (line, needles) in [
+    // Strands name guides by number, most of which are gone.
+    let mut guided = groom.clone();
+    let guide = (0..60u8).map(|ix| f32::from(u8::from(ix < 6)));
+    guided.attributes.extend([
+        per_strand("guide", 1, guide.collect()),
+        per_strand("closest_guides", 3, [5.0, 0.0, 1.0].repeat(60)),
+        per_strand("guide_weights", 3, [0.5, 0.25, 0.25].repeat(60)),
+    ]);
+    guided.write(&at.join("guided.groom")).expect("written");
+    let lost = "dropped: closest_guides, guide_weights (of guides that are left out)";
+    let (_, notes) = done(at, "groom thin guided.groom --strands 20 -o few.groom");
+    assert!(notes.contains(lost), "{notes}");
+    let (_, notes) = done(at, "groom thin guided.groom --strands 60 -o all.groom");
+    assert!(!notes.contains("dropped"), "{notes}");
+
         (
             "groom thin a.groom --strands 61 -o x.groom",
             &["a.groom", "1..=60"][..],

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use strandlight_formats::{Attribute, Domain, Groom};
 use strandlight_scene::progress::Progress;
 
-use super::edit::{EditError, edited, guides};
+use super::edit::{EditError, edited, guides, strand_attribute};
 use super::nearest::Nearest;
 use super::noise::{Noise, Purpose};
 use super::spec::{MAX_GENERATED_POINTS, MAX_POINTS_PER_STRAND, MAX_STRANDS};
@@ -90,8 +90,8 @@ pub fn interpolate(
     };
     let (guides, strands) = (chosen(true), chosen(false));
     let given = match (
-        three(groom, "closest_guides"),
-        three(groom, "guide_weights"),
+        strand_attribute(groom, "closest_guides", 3),
+        strand_attribute(groom, "guide_weights", 3),
     ) {
         (Some(closest), Some(weights)) if !strands.is_empty() => Some((closest, weights)),
         _ => None,
@@ -175,12 +175,6 @@ impl InterpolateSpec {
     }
 }
 
-/// Attribute `name`, three numbers a strand.
-fn three<'a>(groom: &'a Groom, name: &str) -> Option<&'a Attribute> {
-    let attribute = groom.attribute(name)?;
-    (attribute.components == 3 && attribute.domain == Domain::Strand).then_some(attribute)
-}
-
 fn root(groom: &Groom, strand: u32) -> Vec3 {
     Vec3::from(groom.points[groom.strand(strand as usize).start])
 }
@@ -205,9 +199,7 @@ impl Given<'_> {
             let range = format!("1..={n}, the strands with closest guides");
             return Err(EditError::range("strands", spec.strands, range));
         }
-        let ids = groom.attribute("id");
-        let ids = ids.filter(|id| id.components == 1 && id.domain == Domain::Strand);
-        let by_name: HashMap<i64, u32> = match ids {
+        let by_name: HashMap<i64, u32> = match strand_attribute(groom, "id", 1) {
             Some(ids) => guides
                 .iter()
                 .map(|&guide| (ids.data[guide as usize] as i64, guide))

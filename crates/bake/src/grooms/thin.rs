@@ -11,7 +11,8 @@ use super::noise::{Noise, Purpose};
 /// order). The same `seed` picks the same strands.
 ///
 /// The strands that stay become wider by one factor, so that [`coverage`] stays; a groom without
-/// widths gets attribute `diameter`.
+/// widths gets attribute `diameter`. Closest guides stay where all that have a share in a strand do: see
+/// [`subset`].
 ///
 /// # Errors
 /// A number of strands out of range; a width above what a groom can hold, 10 cm.

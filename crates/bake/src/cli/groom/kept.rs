@@ -11,6 +11,15 @@ pub fn note_kept(path: &Path, groom: &Groom, dropped: &[String]) {
     note!("{}: {}", path.display(), kept_line(groom, dropped));
 }
 
+/// The attributes of `before` that `after` has no more because strands left, for the list of what was dropped.
+pub fn lost_with_strands(before: &Groom, after: &Groom) -> Option<String> {
+    let names = before.attributes.iter().map(|attribute| &*attribute.name);
+    let lost: Vec<&str> = names
+        .filter(|name| after.attribute(name).is_none())
+        .collect();
+    (!lost.is_empty()).then(|| format!("{} (of guides that are left out)", lost.join(", ")))
+}
+
 /// `kept: points, diameter, root_uv; dropped: dye`. Attributes named in `dropped` are not kept.
 fn kept_line(groom: &Groom, dropped: &[String]) -> String {
     let names = groom.attributes.iter().map(|attribute| &*attribute.name);

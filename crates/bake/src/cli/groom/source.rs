@@ -11,7 +11,7 @@ use strandlight_formats::{
 };
 
 use super::doubts::{doubts, odd_size};
-use super::kept::note_kept;
+use super::kept::{lost_with_strands, note_kept};
 use super::units::{Unit, Up, parse_unit, unit_names, unit_text};
 use crate::cli::{Failure, note};
 
@@ -297,7 +297,9 @@ fn use_guides(
         }
     };
     let kept: Vec<usize> = (0..n).filter(|&ix| is_guide[ix] == wanted).collect();
-    *groom = subset(groom, &kept);
+    let taken = subset(groom, &kept);
+    dropped.extend(lost_with_strands(groom, &taken));
+    *groom = taken;
     // It is about all strands of the file.
     groom.source.original = None;
     Ok(())

@@ -2,14 +2,16 @@
 
 use strandlight_bake::grooms::thin;
 
+use super::kept::lost_with_strands;
 use super::source::EditArgs;
 use super::target::{Target, Wish};
-use crate::cli::{Failure, Outcome, check_outputs};
+use crate::cli::{Failure, Outcome, check_outputs, note};
 
 /// Keep a part of the strands, spread evenly, and widen them so that coverage stays
 ///
 /// Coverage is the sum of length times width. The strands that stay are unchanged but for their
-/// widths, which are multiplied by one factor.
+/// widths, which are multiplied by one factor. What says of which guides strands are made is kept
+/// where those guides are.
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
@@ -30,5 +32,8 @@ pub fn run(args: &Args) -> Outcome {
     let groom = args.files.read()?;
     let thinned = thin(&groom, args.strands, args.seed);
     let thinned = thinned.map_err(|error| Failure::file(input, error))?;
+    if let Some(lost) = lost_with_strands(&groom, &thinned) {
+        note!("{}: dropped: {lost}", input.display());
+    }
     target.write(&thinned, output)
 }
