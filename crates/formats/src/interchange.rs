@@ -79,6 +79,7 @@ impl SourceFile {
 
     fn decode(&self, options: &ImportOptions) -> Result<Import> {
         options.validate()?;
+        self.check_choice(options)?;
         let mut import = self.format.read(&self.bytes, options)?;
         import.groom.source.hash = content_hash(&self.bytes);
         if options.cm_per_unit.is_some() {
@@ -89,6 +90,20 @@ impl SourceFile {
         }
         import.groom.validate()?;
         Ok(import)
+    }
+
+    /// Objects and points in time can be chosen where the format has them.
+    fn check_choice(&self, options: &ImportOptions) -> Result<()> {
+        let info = self.format.info();
+        if let Some(path) = options.object.as_ref().filter(|_| !info.can.objects) {
+            let range = format!("left out: {} has no named objects", info.title);
+            return Err(Error::value("object", format!("{path:?}"), range));
+        }
+        if options.frame > 0 && !info.can.frames {
+            let range = format!("0: {} holds one point in time", info.title);
+            return Err(Error::value("frame", options.frame, range));
+        }
+        Ok(())
     }
 
     /// Times of the points in time that it holds, seconds, rising; one if it does not move. Frame

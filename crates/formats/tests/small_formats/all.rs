@@ -44,6 +44,20 @@ fn samples() -> Vec<(&'static str, Vec<u8>)> {
 }
 
 #[test]
+fn objects_and_frames_are_refused_where_a_format_has_none() {
+    for (name, bytes) in samples() {
+        let file = SourceFile::from_bytes(bytes).unwrap();
+        let refused = |options: ImportOptions, needle: &str| {
+            let error = file.import(&options).unwrap_err().to_string();
+            assert!(error.contains(needle), "{name}: {error}");
+        };
+        refused(cm().with_object("/head"), "has no named objects");
+        refused(cm().with_frame(1), "holds one point in time");
+        assert!(file.import(&cm()).is_ok(), "{name}");
+    }
+}
+
+#[test]
 fn every_format_is_found_by_its_content() {
     let mut seen = Vec::new();
     for (name, bytes) in samples() {
