@@ -120,9 +120,11 @@ fn mesh_of(
     up: UpAxis,
 ) -> Result<(Mesh, Vec<String>), String> {
     let mut notes = Vec::new();
-    let (parts, name, own_cm): (Parts, _, _) = match format_of(bytes)? {
-        Format::Gltf => (gltf::read(bytes, path, &mut notes)?, "gltf", 100.0),
-        Format::Obj => (obj::read(bytes)?, "obj", 1.0),
+    // A byte order mark is no part of the text.
+    let content = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let (parts, name, own_cm): (Parts, _, _) = match format_of(content)? {
+        Format::Gltf => (gltf::read(content, path, &mut notes)?, "gltf", 100.0),
+        Format::Obj => (obj::read(content)?, "obj", 1.0),
     };
     let cm = unit.unwrap_or(own_cm);
     let mut mesh = parts.mesh(cm, up, &mut notes)?;
@@ -204,6 +206,15 @@ mod tests {
             notes.iter().any(|line| line.contains("without an area")),
             "{notes:?}"
         );
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_no_part_of_the_text() {
+        let text = "\u{feff}v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+        let (mesh, _) = read(text.as_bytes()).expect("good");
+        assert_eq!(mesh.positions[0], [0.0; 3]);
+        assert_eq!((mesh.positions.len(), mesh.triangles.len()), (4, 2));
+        assert_eq!(mesh.source.hash, content_hash(text.as_bytes()));
     }
 
     #[test]
