@@ -61,3 +61,31 @@ fn a_mesh_is_imported_inspected_verified_and_drawn() {
         .args(["mesh", "import", "a.groom", "-o", "x.mesh"]);
     assert_refused(&mut refused, &["a.groom", "not an OBJ or glTF"]);
 }
+
+#[test]
+fn a_buffer_of_a_gltf_file_is_no_output() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let corners = [[0.0f32; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let bytes: Vec<u8> = corners
+        .iter()
+        .flatten()
+        .flat_map(|x| x.to_le_bytes())
+        .collect();
+    fs::write(at.join("a b.bin"), &bytes).expect("written");
+    let text = r#"{"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "buffers": [{"uri": "a%20b.bin", "byteLength": 36}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}]}"#;
+    fs::write(at.join("a.gltf"), text).expect("written");
+    let import = |output: &str| {
+        let mut command = strandlight();
+        let args = ["mesh", "import", "a.gltf", "-o", output];
+        command.current_dir(at).args(args);
+        command
+    };
+    assert_refused(&mut import("a b.bin"), &["a b.bin", "is an input"]);
+    assert_eq!(fs::read(at.join("a b.bin")).expect("kept"), bytes);
+    assert_done(&mut import("other.bin"));
+}

@@ -9,12 +9,15 @@ use std::path::{Path, PathBuf};
 use clap::{Subcommand, ValueEnum};
 use strandlight_bake::grooms::bust;
 use strandlight_formats::{
-    BakedFile, FileKind, Kind, Mesh, MeshSource, SNIFF_BYTES, UpAxis, content_hash, counted,
-    read_file,
+    BakedFile, FileKind, Kind, Mesh, MeshSource, SNIFF_BYTES, TakenFiles, UpAxis, content_hash,
+    counted, read_file,
 };
 
 use super::groom::parse_cm;
-use super::{Failure, Outcome, check_outputs, check_own_extension, note, print_line, write_output};
+use super::{
+    Failure, Outcome, check_not_taken, check_outputs, check_own_extension, note, print_line,
+    write_output,
+};
 use parts::{MAX_BYTES, Parts};
 
 /// Import or generate meshes for the hair to stand on
@@ -89,12 +92,15 @@ fn import(args: &ImportArgs) -> Outcome {
     check_own_extension(&args.output, "mesh")?;
     check_outputs(&[&args.input], &[&args.output])?;
     let bytes = read_file(&args.input, MAX_BYTES).map_err(Failure::input)?;
-    let (mesh, notes) = mesh_of(&bytes, &args.input, args.unit, args.up.axis())
+    let read = mesh_of(&bytes, &args.input, args.unit, args.up.axis())
         .map_err(|what| Failure::file(&args.input, what))?;
-    for line in &notes {
+    let mut taken = TakenFiles::default();
+    taken.add(&read.files, "an input");
+    check_not_taken(&taken, &[&args.output])?;
+    for line in &read.notes {
         note!("{}: {line}", args.input.display());
     }
-    write_mesh(&mesh, &args.output)
+    write_mesh(&read.mesh, &args.output)
 }
 
 fn write_mesh(mesh: &Mesh, path: &Path) -> Outcome {
@@ -112,20 +118,25 @@ fn write_mesh(mesh: &Mesh, path: &Path) -> Outcome {
     ))
 }
 
+/// A mesh, and what there is to say of it.
+#[derive(Debug)]
+struct Read {
+    mesh: Mesh,
+    notes: Vec<String>,
+    /// Files beside its own that were read.
+    files: Vec<PathBuf>,
+}
+
 /// What is in the file at `path`, whose folder files beside it are read from.
-fn mesh_of(
-    bytes: &[u8],
-    path: &Path,
-    unit: Option<f64>,
-    up: UpAxis,
-) -> Result<(Mesh, Vec<String>), String> {
+fn mesh_of(bytes: &[u8], path: &Path, unit: Option<f64>, up: UpAxis) -> Result<Read, String> {
     let mut notes = Vec::new();
     // A byte order mark is no part of the text.
     let content = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let (parts, name, own_cm): (Parts, _, _) = match format_of(content)? {
+    let (mut parts, name, own_cm): (Parts, _, _) = match format_of(content)? {
         Format::Gltf => (gltf::read(content, path, &mut notes)?, "gltf", 100.0),
         Format::Obj => (obj::read(content)?, "obj", 1.0),
     };
+    let files = std::mem::take(&mut parts.files);
     let cm = unit.unwrap_or(own_cm);
     let mut mesh = parts.mesh(cm, up, &mut notes)?;
     let pair = |name: &str, value: String| (name.to_owned(), value);
@@ -145,7 +156,7 @@ fn mesh_of(
     if !(5.0..=500.0).contains(&size) {
         notes.push(format!("the mesh is {size:.2} cm large; is --unit right?"));
     }
-    Ok((mesh, notes))
+    Ok(Read { mesh, notes, files })
 }
 
 enum Format {
@@ -176,7 +187,8 @@ mod tests {
     use super::*;
 
     fn read(bytes: &[u8]) -> Result<(Mesh, Vec<String>), String> {
-        mesh_of(bytes, Path::new("here/x"), None, UpAxis::Y)
+        let read = mesh_of(bytes, Path::new("here/x"), None, UpAxis::Y)?;
+        Ok((read.mesh, read.notes))
     }
 
     /// A unit square in the plane of x and y, of one quad.
@@ -222,7 +234,7 @@ mod tests {
         let text = format!("{SQUARE}f 1 2 3\n");
         let of = |unit, up| {
             let read = mesh_of(text.as_bytes(), Path::new("x"), unit, up);
-            read.expect("good").0
+            read.expect("good").mesh
         };
         assert_eq!(of(Some(2.54), UpAxis::Y).positions[1], [2.54, 0.0, 0.0]);
         let turned = of(None, UpAxis::Z);

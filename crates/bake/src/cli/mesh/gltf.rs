@@ -3,11 +3,11 @@
 //! Read by hand: the crate `gltf` panics on indices out of range while it checks them.
 
 use std::borrow::Cow;
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 
 use glam::{Mat3, Mat4, Quat, Vec3};
 use serde::Deserialize;
-use strandlight_formats::{MAX_TRIANGLES, MAX_VERTICES, counted, read_file};
+use strandlight_formats::{Error, MAX_TRIANGLES, MAX_VERTICES, counted, read_file};
 
 use super::parts::{MAX_BYTES, Parts};
 
@@ -170,18 +170,12 @@ pub fn read(bytes: &[u8], path: &Path, notes: &mut Vec<String>) -> Result<Parts,
     if let Some(name) = unknown {
         return Err(format!("it requires {name}, which is not read"));
     }
-    let mut buffers = Vec::new();
-    for (ix, buffer) in document.buffers.iter().enumerate() {
-        buffers.push(match &buffer.uri {
-            Some(uri) => of_uri(uri, path)?,
-            None if ix == 0 => Cow::Borrowed(binary),
-            None => return Err(format!("buffer {ix} has no data")),
-        });
-    }
+    let mut parts = Parts::default();
+    let buffers = buffers(&document, binary, path, &mut parts.files, MAX_BYTES)?;
     let mut reader = Reader {
         document: &document,
         buffers,
-        parts: Parts::default(),
+        parts,
         n_others: 0,
         is_posed: false,
     };
@@ -200,6 +194,45 @@ pub fn read(bytes: &[u8], path: &Path, notes: &mut Vec<String>) -> Result<Parts,
         notes.push(what.to_owned());
     }
     Ok(reader.parts)
+}
+
+/// What the buffers hold, `most` bytes in all besides `binary`, and the `files` that they are.
+fn buffers<'a>(
+    document: &Document,
+    binary: &'a [u8],
+    path: &Path,
+    files: &mut Vec<PathBuf>,
+    most: u64,
+) -> Result<Vec<Cow<'a, [u8]>>, String> {
+    let in_all = || format!("buffers may have {most} bytes in all");
+    let mut buffers = Vec::new();
+    let mut left = most;
+    for (ix, buffer) in document.buffers.iter().enumerate() {
+        let Some(uri) = &buffer.uri else {
+            if ix > 0 {
+                return Err(format!("buffer {ix} has no data"));
+            }
+            buffers.push(Cow::Borrowed(binary));
+            continue;
+        };
+        let bytes = match uri.strip_prefix("data:") {
+            Some(rest) => of_text(rest)?,
+            None => {
+                let file = beside(uri, path)?;
+                let bytes = read_file(&file, left).map_err(|error| match error {
+                    Error::Value { .. } => format!("{error}; {}", in_all()),
+                    error => error.to_string(),
+                })?;
+                files.push(file);
+                bytes
+            }
+        };
+        left = left
+            .checked_sub(bytes.len() as u64)
+            .ok_or_else(|| format!("buffer {ix} is too long; {}", in_all()))?;
+        buffers.push(Cow::Owned(bytes));
+    }
+    Ok(buffers)
 }
 
 struct Reader<'a> {
@@ -409,15 +442,15 @@ fn whole(bytes: &[u8]) -> u32 {
     digits.fold(0, |number, &byte| number << 8 | u32::from(byte))
 }
 
-/// The bytes that a buffer names: in the name itself, or a file beside the one at `path`.
-fn of_uri(uri: &str, path: &Path) -> Result<Cow<'static, [u8]>, String> {
-    if let Some(rest) = uri.strip_prefix("data:") {
-        let coded = rest.split_once(";base64,").map(|(_, coded)| coded);
-        let bytes = coded.and_then(base64);
-        return bytes
-            .map(Cow::Owned)
-            .ok_or_else(|| "a buffer is no base64".to_owned());
-    }
+/// The bytes of a buffer that is its own name, after `data:`.
+fn of_text(rest: &str) -> Result<Vec<u8>, String> {
+    let coded = rest.split_once(";base64,").map(|(_, coded)| coded);
+    let bytes = coded.and_then(base64);
+    bytes.ok_or_else(|| "a buffer is no base64".to_owned())
+}
+
+/// The file that a buffer names, beside the one at `path`.
+fn beside(uri: &str, path: &Path) -> Result<PathBuf, String> {
     let name = decoded(uri)?;
     // Coded or not: no folder above it, no drive and no address.
     let is_beside = Path::new(&name)
@@ -427,8 +460,7 @@ fn of_uri(uri: &str, path: &Path) -> Result<Cow<'static, [u8]>, String> {
         return Err(format!("buffer {uri:?} is not a file beside it"));
     }
     let folder = path.parent().unwrap_or(Path::new(""));
-    let bytes = read_file(&folder.join(name), MAX_BYTES).map_err(|error| error.to_string())?;
-    Ok(Cow::Owned(bytes))
+    Ok(folder.join(name))
 }
 
 /// The name that `uri` stands for: blanks and letters beyond ASCII are written as `%` and the two hexadecimal digits of each of
@@ -492,7 +524,11 @@ mod tests {
             std::fs::write(at.join("sub").join(name), name).expect("written");
         }
         std::fs::write(at.join("secret.bin"), "above").expect("written");
-        let read = |uri: &str| of_uri(uri, &at.join("sub/a.gltf"));
+        let path = at.join("sub/a.gltf");
+        let read = |uri: &str| {
+            let file = beside(uri, &path)?;
+            std::fs::read(file).map_err(|error| error.to_string())
+        };
         for (uri, name) in [
             ("a%20b.bin", names[0]),
             ("a b.bin", names[0]),
@@ -515,6 +551,41 @@ mod tests {
         ] {
             let error = read(uri).expect_err(uri);
             assert!(error.contains(needle), "{uri}: {error}");
+        }
+    }
+
+    #[test]
+    fn buffers_are_bounded_together() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = folder.path();
+        std::fs::write(at.join("a.bin"), [7; 10]).expect("written");
+        let read = |uris: &[&str], most: u64| {
+            let buffers_of = uris.iter().map(|uri| Buffer {
+                uri: Some((*uri).to_owned()),
+            });
+            let document = Document {
+                buffers: buffers_of.collect(),
+                ..Document::default()
+            };
+            let mut files = Vec::new();
+            let read = buffers(&document, &[], &at.join("a.gltf"), &mut files, most);
+            read.map(|read| (read.len(), files))
+        };
+        // Three bytes.
+        let text = "data:;base64,AAAA";
+        let twice = ["a.bin", "a.bin"];
+        let files = vec![at.join("a.bin"); 2];
+        assert_eq!(read(&twice, 20), Ok((2, files)));
+        assert_eq!(read(&["a.bin", text], 13).map(|read| read.0), Ok(2));
+        for (uris, most, needle) in [
+            (twice, 19, "a.bin"),
+            (["a.bin", text], 12, "buffer 1 is too long"),
+            ([text, "a.bin"], 12, "a.bin"),
+        ] {
+            let error = read(&uris, most).expect_err(needle);
+            assert!(error.contains(needle), "{needle}: {error}");
+            let in_all = format!("buffers may have {most} bytes in all");
+            assert!(error.contains(&in_all), "{error}");
         }
     }
 }

@@ -1,8 +1,10 @@
 //! Triangles as the readers of meshes find them.
 
+use std::path::PathBuf;
+
 use strandlight_formats::{Mesh, UpAxis};
 
-/// Longest file that is imported, bytes.
+/// Longest file that is imported, and most of the files beside it, bytes.
 pub const MAX_BYTES: u64 = 1 << 30;
 
 /// All triangles of a file, in its unit and axes.
@@ -15,6 +17,8 @@ pub struct Parts {
     pub uvs: Vec<[f32; 2]>,
     pub has_uvs: bool,
     pub triangles: Vec<[u32; 3]>,
+    /// Files beside it that were read as well.
+    pub files: Vec<PathBuf>,
 }
 
 fn length(v: [f32; 3]) -> f64 {
