@@ -94,8 +94,13 @@ fn commands(job: &Job) -> String {
 
 fn slurm(job: &Job) -> String {
     // Slurm's own word on the threads, so that a change on the command line of sbatch is followed.
-    let words = job.words(&job.manifest, "auto", "THREADS");
-    let command = line(&words).replacen("THREADS", "\"${SLURM_CPUS_PER_TASK:-1}\"", 1);
+    let threads = "\"${SLURM_CPUS_PER_TASK:-1}\"";
+    let words = job.words(&job.manifest, "auto", threads);
+    let words = words.iter().map(|word| match word == threads {
+        true => word.clone(),
+        false => quoted(word),
+    });
+    let command = words.collect::<Vec<_>>().join(" ");
     format!(
         r#"#!/bin/bash
 #SBATCH --job-name=strandlight-bake
@@ -265,6 +270,18 @@ mod tests {
             text.contains("--shard auto --keep-going --threads \"${SLURM_CPUS"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn no_word_of_a_command_is_taken_for_the_threads() {
+        let job = Job {
+            program: "/opt/THREADS x/strandlight".to_owned(),
+            ..job()
+        };
+        let text = farm_job(Farm::Slurm, &job);
+        let command = "\n'/opt/THREADS x/strandlight' bake --shard auto --keep-going \
+                       --threads \"${SLURM_CPUS_PER_TASK:-1}\" --cache '$HOME' -- ";
+        assert!(text.contains(command), "{text}");
     }
 
     #[test]
