@@ -34,7 +34,10 @@ pub fn matches(folder: &Path, pattern: &str) -> Result<Vec<Match>, String> {
         let below = PathBuf::new();
         return Ok(vec![Match { path, below }]);
     }
-    let glob = Pattern::new(pattern).map_err(|error| format!("{pattern}: {}", error.msg))?;
+    // Without `//` and `/./`, as paths are.
+    let names: PathBuf = Path::new(pattern).components().collect();
+    let glob = Pattern::new(&names.to_string_lossy())
+        .map_err(|error| format!("{pattern}: {}", error.msg))?;
     let (base, depth) = split(pattern);
     let mut all: Vec<Match> = files(&folder.join(&base), depth)?
         .into_iter()
@@ -140,6 +143,13 @@ mod tests {
             ),
             ("*/*/?.hdr", vec![("maps/day/c.hdr", "maps/day")]),
             ("*.hdr", vec![("e.hdr", "")]),
+            ("maps//*.hdr", vec![("maps/a.hdr", "")]),
+            ("maps/./day/.//*.hdr", vec![("maps/day/c.hdr", "")]),
+            (
+                "maps//**/./*.hdr",
+                vec![("maps/a.hdr", ""), ("maps/day/c.hdr", "day")],
+            ),
+            ("./*//./a.hdr", vec![("./maps/a.hdr", "maps")]),
             ("maps/[ab].*", vec![("maps/a.hdr", ""), ("maps/b.exr", "")]),
             ("none/*.hdr", vec![]),
             ("none.hdr", vec![("none.hdr", "")]),
