@@ -194,6 +194,16 @@ fn wrong_requests_are_refused() {
     let last = broken.len() - 1;
     broken[last] ^= 1;
     fs::write(at.join("broken.tables"), &broken).expect("written");
+    let light = SrbfLight {
+        direction: [0.0, 1.0, 0.0],
+        lambda: 0.5,
+        rgb: [1.0; 3],
+    };
+    let set = LightSet {
+        lights: vec![light],
+        ..LightSet::default()
+    };
+    set.write(&at.join("a.lights")).expect("written");
     fs::create_dir(at.join("folder.groom")).expect("a folder");
     fs::create_dir(at.join("out")).expect("a folder");
     let mut elsewhere = tables();
@@ -207,6 +217,22 @@ fn wrong_requests_are_refused() {
         (&["export", "broken.tables", "-o", "x.npy"], "damaged"),
         (&["export", "elsewhere.tables", "-o", "out"], "\"../x\""),
         (&["export", "elsewhere.tables", "-o", "x.npy"], "\"../x\""),
+        (
+            &["export", "a.lights", "-o", "x.json", "--width", "64"],
+            "--width is for light sets that become .exr",
+        ),
+        (
+            &["export", "a.tables", "-o", "x.exr", "--width", "64"],
+            "--width is for light sets that become .exr",
+        ),
+        (
+            &["export", "a.lights", "-o", "x.exr", "--width", "65"],
+            "must be an even number in 4..=8192",
+        ),
+        (
+            &["export", "a.lights", "-o", "x.exr", "--width", "2"],
+            "must be an even number in 4..=8192",
+        ),
         (&["export", "a.hair", "-o", "x.hair"], "a.hair"),
         (&["export", "folder.groom", "-o", "x.hair"], "folder.groom"),
         (&["inspect", "folder.groom"], "directory"),

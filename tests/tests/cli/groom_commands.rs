@@ -252,6 +252,10 @@ fn frames_become_grooms_and_back() {
     let expected = usize::from(groom_format("alembic").is_some());
     assert!(n_checked >= expected, "{n_checked}");
     // Hair that does not move.
+    for fps in ["24", "nan"] {
+        let line = format!("groom export a.groom -o x.hair --fps {fps}");
+        refused(at, &line, &["a.groom", "--fps is for several"]);
+    }
     done(at, "groom convert a.groom -o a.hair");
     let frame = "groom import a.hair -o x.groom --frame 1";
     refused(at, frame, &["a.hair", "does not move"]);
@@ -483,10 +487,6 @@ fn edits_do_what_they_say_and_the_same_again() {
         "{info}"
     );
 
-    // Straight into another format, and from one.
-    done(at, "groom thin a.groom --strands 30 -o thin.hair");
-    done(at, "groom thin thin.hair --strands 10 -o thin.data");
-    for (line, needles) in [
     // Strands name guides by number, most of which are gone.
     let mut guided = groom.clone();
     let guide = (0..60u8).map(|ix| f32::from(u8::from(ix < 6)));
@@ -502,6 +502,10 @@ fn edits_do_what_they_say_and_the_same_again() {
     let (_, notes) = done(at, "groom thin guided.groom --strands 60 -o all.groom");
     assert!(!notes.contains("dropped"), "{notes}");
 
+    // Straight into another format, and from one.
+    done(at, "groom thin a.groom --strands 30 -o thin.hair");
+    done(at, "groom thin thin.hair --strands 10 -o thin.data");
+    for (line, needles) in [
         (
             "groom thin a.groom --strands 61 -o x.groom",
             &["a.groom", "1..=60"][..],

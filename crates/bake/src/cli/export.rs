@@ -18,7 +18,9 @@ use super::{Failure, Outcome, check_outputs, is_stream, note, print_line, write_
 use output::Output;
 
 /// Widest environment map.
-const MAX_WIDTH: i64 = 8192;
+const MAX_WIDTH: u32 = 8192;
+/// Its width where none is given.
+const DEFAULT_WIDTH: u32 = 1024;
 
 /// Convert a .tables, .lights or .groom file to another format
 ///
@@ -46,9 +48,17 @@ pub struct Args {
     /// Program that a .usda rig is for; Blender reads angles and intensities in its own way
     #[arg(long = "for", value_name = "PROGRAM", value_enum, default_value_t = Program::Usd)]
     program: Program,
-    #[arg(long, default_value_t = 1024, value_parser = clap::value_parser!(u32).range(2..=MAX_WIDTH),
-        help = format!("Width of a light set's environment map, 2 to {MAX_WIDTH} pixels; its height is half the width"))]
-    width: u32,
+    #[arg(long, value_parser = map_width,
+        help = format!("Width of a light set's environment map, an even number of pixels from 4 to {MAX_WIDTH}; its height is half the width [default: {DEFAULT_WIDTH}]"))]
+    width: Option<u32>,
+}
+
+/// Parses the width of a map that is twice as wide as high.
+fn map_width(text: &str) -> Result<u32, String> {
+    let width = text.parse().ok();
+    width
+        .filter(|width| (4..=MAX_WIDTH).contains(width) && width.is_multiple_of(2))
+        .ok_or_else(|| format!("must be an even number in 4..={MAX_WIDTH}"))
 }
 
 /// Programs that light rigs are written for.
@@ -74,7 +84,13 @@ pub fn run(args: &Args) -> Outcome {
     {
         return Err(Failure::file(input, format!("{flag} is for grooms")));
     }
-    let is_rig = matches!(content, Content::Kind(Kind::Lights)) && extension == Some("usda");
+    let is_of_lights =
+        |end: &str| matches!(content, Content::Kind(Kind::Lights)) && extension == Some(end);
+    if args.width.is_some() && !is_of_lights("exr") {
+        let what = "--width is for light sets that become .exr";
+        return Err(Failure::file(input, what));
+    }
+    let is_rig = is_of_lights("usda");
     if !is_rig && (args.residual.is_some() || args.program != Program::Usd) {
         let what = "--residual and --for are for light sets that become .usda";
         return Err(Failure::file(input, what));
@@ -119,7 +135,7 @@ pub fn run(args: &Args) -> Outcome {
             }
             Some("exr") => {
                 let set = LightSet::read(input).map_err(Failure::input)?;
-                let width = args.width as usize;
+                let width = args.width.unwrap_or(DEFAULT_WIDTH) as usize;
                 let height = width / 2;
                 let bytes = reconstruct(&set, width, height)
                     .map_err(|error| Failure::file(output, error))?;

@@ -25,9 +25,8 @@ pub struct Args {
     output: PathBuf,
     #[command(flatten)]
     target: TargetArgs,
-    /// Frames per second of a file that moves
-    #[arg(long, default_value_t = MotionSection::DEFAULT_FPS)]
-    fps: f64,
+    #[arg(long, help = format!("Frames per second of a file that moves [default: {}]", MotionSection::DEFAULT_FPS))]
+    fps: Option<f64>,
 }
 
 /// How a groom is written.
@@ -87,6 +86,10 @@ pub fn run(args: &Args) -> Outcome {
     let [file] = &files[..] else {
         return export_frames(args);
     };
+    if args.fps.is_some() {
+        let what = "--fps is for several .groom files, which become one file that moves";
+        return Err(Failure::file(file, what));
+    }
     check_outputs(&[file], &[output])?;
     export(file, output, &args.target)
 }
@@ -121,5 +124,6 @@ fn export_frames(args: &Args) -> Outcome {
         progress.advance(1);
     }
     progress.finish();
-    target.write_frames(&grooms, args.fps, output)
+    let fps = args.fps.unwrap_or(MotionSection::DEFAULT_FPS);
+    target.write_frames(&grooms, fps, output)
 }
