@@ -586,7 +586,7 @@ fn lists_are_drawn_without_waiting_for_them() {
     assert!(mean < 0.01 && most <= 2, "{mean} {most}");
 }
 
-/// Software devices end the loops of a pixel with very many hits.
+/// Software devices end the loops of a pixel with very many hits: samples are drawn there.
 #[test]
 fn small_pictures_of_much_hair_are_whole() {
     let context = context();
@@ -596,7 +596,7 @@ fn small_pictures_of_much_hair_are_whole() {
         let (picture, _) = renderer.render(scene.size, 64, &|_| ()).unwrap();
         picture
     };
-    let on_cpu = draw(&mut CpuRenderer::new(scene.clone()));
+    let on_cpu = draw(&mut CpuRenderer::by_samples(scene.clone()));
     let on_gpu = draw(&mut by_list(&context, &scene));
     let difference = picture_rmse(&on_gpu, &on_cpu);
     println!("{difference}");

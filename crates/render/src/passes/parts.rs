@@ -25,7 +25,7 @@ const MAX_HITS: u32 = 16 << 20;
 
 /// Mean of a row up to which the hits of a pixel are listed on a software device. Mesa's driver ends a shader's loops after some
 /// 65,000 rounds, and the list of a pixel that has many hits needs more.
-pub(crate) const SOFTWARE_HITS_PER_PIXEL: u32 = 128;
+pub(crate) const SOFTWARE_HITS_PER_PIXEL: u32 = 1000;
 
 /// Pixels in the height of a row that the estimate is made for.
 const BLOCK: u32 = 8;

@@ -25,7 +25,8 @@ pub struct Args {
     output: PathBuf,
     #[command(flatten)]
     target: TargetArgs,
-    #[arg(long, help = format!("Frames per second of a file that moves [default: {}]", MotionSection::DEFAULT_FPS))]
+    #[arg(long, value_parser = frame_rate,
+        help = format!("Frames per second of a file that moves [default: {}]", MotionSection::DEFAULT_FPS))]
     fps: Option<f64>,
 }
 
@@ -80,15 +81,21 @@ impl TargetArgs {
 /// The format of a groom that goes to a stream, whose name says none.
 const PLAIN_FORMAT: &str = "hair";
 
+fn frame_rate(text: &str) -> Result<f64, String> {
+    let fps = text.parse().ok();
+    let fps = fps.filter(|fps: &f64| fps.is_finite() && *fps > 0.0);
+    fps.ok_or_else(|| "not a number above 0".to_owned())
+}
+
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
     let Args { files, output, .. } = args;
     let [file] = &files[..] else {
         return export_frames(args);
     };
-    if args.fps.is_some() {
-        let what = "--fps is for several .groom files, which become one file that moves";
-        return Err(Failure::file(file, what));
+    if args.fps.is_some() && !args.target.target(output)?.holds_frames() {
+        let what = "--fps is for files that move, and its format does not";
+        return Err(Failure::file(output, what));
     }
     check_outputs(&[file], &[output])?;
     export(file, output, &args.target)
