@@ -3,6 +3,16 @@
 use crate::window_common::{Desktop, SAME, SmallScene, View};
 use strandlight_formats::BakedFile;
 
+/// Clicks the number `IOR` and types another one, which it does not take yet.
+fn begin_to_type(view: &View, value: &str) {
+    let place = "IOR number";
+    view.until_drawn(place, |view| view.click(view.middle(place)));
+    view.until_drawn(place, |view| {
+        view.key("ctrl+a");
+        view.tool("xdotool", &["type", "--delay", "40", value]);
+    });
+}
+
 #[test]
 fn looking_around_is_no_edit_until_the_view_is_saved() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
@@ -262,12 +272,7 @@ fn escape_leaves_things_as_they_were() {
     let mut view = View::open(&desktop, &scene.path, &[]);
     let start = view.picture();
     // A number that is being typed.
-    let place = "IOR number";
-    view.until_drawn(place, |view| view.click(view.middle(place)));
-    view.until_drawn(place, |view| {
-        view.key("ctrl+a");
-        view.tool("xdotool", &["type", "--delay", "40", "1.9"]);
-    });
+    begin_to_type(&view, "1.9");
     view.key("Escape");
     // The name to save as: twice, or the first would not have been closed.
     for _ in 0..2 {
@@ -281,6 +286,57 @@ fn escape_leaves_things_as_they_were() {
     assert!(!view.title().contains('*'), "{}", view.title());
     assert_eq!(std::fs::read(&scene.path).expect("it is there"), before);
     view.close();
+}
+
+#[test]
+fn keys_that_save_and_close_take_what_is_being_typed_first() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &[]);
+    begin_to_type(&view, "1.7");
+    assert_eq!(view.count("edit"), 0);
+    view.key("ctrl+s");
+    view.wait_for_next("saved", 0);
+    assert_eq!((scene.read().hair.eta, view.count("edit")), (1.7, 1));
+    // All of it at once, as in a slow frame.
+    let place = "IOR number";
+    view.until_drawn(place, |view| view.click(view.middle(place)));
+    view.in_one_frame(|view| {
+        view.key("ctrl+a");
+        view.tool("xdotool", &["type", "1.8"]);
+        view.key("ctrl+s");
+    });
+    view.wait_for_next("saved", 1);
+    assert_eq!(scene.read().hair.eta, 1.8);
+    // With Shift alone a letter is typed.
+    begin_to_type(&view, "1.6P");
+    assert_eq!(view.count("question"), 0);
+    view.key("Escape");
+    begin_to_type(&view, "1.9");
+    view.asked("unsaved", |view| view.key("ctrl+q"));
+    view.key("Escape");
+    view.wait_until_gone("Don't save button");
+    view.key("ctrl+s");
+    view.wait_for_next("saved", 2);
+    assert_eq!(scene.read().hair.eta, 1.9);
+    view.close();
+}
+
+#[test]
+fn a_number_that_is_clicked_and_left_keeps_the_digits_that_it_does_not_show() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let text = SmallScene::text("eta = 1.55371\nsigma_a = [0.123456, 0.2, 0.3]");
+    std::fs::write(&scene.path, text).expect("written");
+    let mut view = View::open(&desktop, &scene.path, &[]);
+    for place in ["IOR number", "Absorption red number"] {
+        view.until_drawn(place, |view| view.click(view.middle(place)));
+        view.until_drawn(place, |view| view.key("Return"));
+    }
+    view.after("edit", |view| view.type_number("Absorption blue", "0.4"));
+    assert_eq!(view.count("edit"), 1, "only the number that was typed");
+    view.key("ctrl+s");
+    view.wait_for_next("saved", 0);
+    let hair = scene.read().hair;
+    assert_eq!((hair.eta, hair.sigma_a), (1.55371, [0.123456, 0.2, 0.4]));
 }
 
 #[test]

@@ -122,6 +122,39 @@ fn hair_of_another_program_and_a_map_are_swapped_in_and_saved_beside_the_scene()
 }
 
 #[test]
+fn files_that_are_dropped_wait_for_work_under_way_and_are_all_taken() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let [foreign, other] = ["bob.abc", "other.abc"].map(|name| hair(scene.folder.path(), name));
+    let lut = scene.folder.path().join("swapped.cube");
+    let swapped = grid_cube(9, |[r, g, b]| [b, 1.0 - g, r]);
+    std::fs::write(&lut, swapped).expect("written");
+    let mut view = View::open(&desktop, &scene.path, &CPU);
+    // Reading the first one takes a while.
+    view.drop_files(&[&foreign, &lut]);
+    view.wait_for_next("edit", 1);
+    view.key("ctrl+s");
+    view.wait_for_next("saved", 0);
+    let saved = scene.read();
+    assert_eq!(saved.groom.file.to_str(), Some("bob.groom"));
+    assert_eq!(saved.render.lut, Some("swapped.cube".into()));
+    // A turntable that is being written is written whole.
+    view.asked("picture", |view| view.key("shift+p"));
+    view.type_number("Turntable frames", "8");
+    let jobs = view.count("job");
+    view.click(view.middle("Path"));
+    view.type_path(&scene.folder.path().join("turn_##.png"));
+    view.wait_for_next("job", jobs);
+    view.drop_files(&[&other]);
+    view.wait_for_next("edit", 2);
+    assert_eq!([view.count("picture"), view.count("job")], [1, jobs + 2]);
+    let frame = scene.folder.path().join("turn_07.png");
+    assert!(frame.exists(), "the last frame");
+    let events = view.events();
+    let at = |name: &str| events.iter().rposition(|line| line["event"] == name);
+    assert!(at("picture") < at("edit"), "one after the other");
+}
+
+#[test]
 fn a_lut_is_dropped_saved_and_removed() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());
     let lut = scene.folder.path().join("swapped.cube");

@@ -46,14 +46,15 @@ impl Workspace {
         if !output.viewport.is_dragged {
             self.views.released();
         }
-        if let Some(refused) = output.changes.refused {
-            self.fail(&refused);
-        }
         if is_changed || !output.commands.is_empty() {
             self.moved_on();
         }
         for command in output.commands {
             self.run(command);
+        }
+        // After the commands, whose success is no reason to forget it.
+        if let Some(refused) = output.changes.refused {
+            self.fail(&refused);
         }
         #[cfg(not(target_arch = "wasm32"))]
         self.inspect_selected();

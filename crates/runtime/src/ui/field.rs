@@ -1,7 +1,7 @@
 //! Rows of the panel: a name with its range, a slider, a number that is dragged or typed, and a
 //! reset. What they change is noted for undo.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::ops::RangeInclusive;
 
 use egui::{Align, Color32, Layout, Rect, Response, RichText, Shape, Stroke, Ui, Vec2};
@@ -377,12 +377,29 @@ pub fn number(
 ) -> Response {
     let before = *value;
     let refused = RefCell::new(None);
+    let (shown, is_left) = (RefCell::new(String::new()), Cell::new(false));
+    let formatter = ui.style().number_formatter.clone();
     let number = egui::DragValue::new(value)
         .range(typed.range.clone())
         .clamp_existing_to_range(false)
         .update_while_editing(false)
-        .custom_parser(|text| typed.parse(text, &refused));
+        .custom_formatter(|value, decimals| {
+            let text = formatter.format(value, decimals);
+            shown.borrow_mut().clone_from(&text);
+            text
+        })
+        .custom_parser(|text| {
+            // What is shown is rounded: a number that is clicked and left keeps the digits behind.
+            is_left.set(text == *shown.borrow());
+            match is_left.get() {
+                true => Some(before),
+                false => typed.parse(text, &refused),
+            }
+        });
     let response = ui.add_sized([width, ROW - 2.0], dress(number));
+    if is_left.get() {
+        *value = before;
+    }
     // In the frame after that of Escape egui takes up what was typed all the same.
     let id = response.id.with("escaped");
     let is_escaped = ui.data_mut(|data| data.remove_temp::<bool>(id)).is_some();

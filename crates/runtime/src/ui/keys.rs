@@ -332,6 +332,25 @@ pub fn take_tabs(events: &mut Vec<Event>) -> usize {
     before - events.len()
 }
 
+/// The commands of this frame. Those that are pressed while a field is typed in wait in `waiting` for the next frame, once it
+/// has taken what is typed: without that, saving would save the value of before.
+pub fn due(ctx: &egui::Context, waiting: &mut Vec<Command>) -> Vec<Command> {
+    let mut due = std::mem::take(waiting);
+    let is_typing = ctx.text_edit_focused();
+    let pressed = pressed(ctx);
+    match is_typing {
+        true => *waiting = pressed,
+        false => due.extend(pressed),
+    }
+    due
+}
+
+/// Takes the keyboard away from the field that is typed in, which takes what is typed in the next frame.
+pub fn end_typing(ctx: &egui::Context) {
+    ctx.memory_mut(egui::Memory::stop_text_input);
+    ctx.request_repaint();
+}
+
 /// Takes the keys pressed in this frame that are commands, all of them and in their order: a slow
 /// frame may have several. A field that is being typed in keeps its keys.
 pub fn pressed(ctx: &egui::Context) -> Vec<Command> {
@@ -361,8 +380,10 @@ fn command_of(event: &Event, is_typing: bool) -> Option<Command> {
     else {
         return None;
     };
+    // With Shift alone a letter is typed.
     let is_free = |wanted: &Modifiers| {
-        !is_typing || (*wanted != Modifiers::NONE && !matches!(key, Key::Z | Key::Y))
+        let is_command = wanted.command || wanted.alt;
+        !is_typing || (is_command && !matches!(key, Key::Z | Key::Y))
     };
     KEYS.into_iter()
         // Whatever is on top takes that itself; see `layout`.

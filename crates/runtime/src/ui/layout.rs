@@ -101,6 +101,8 @@ pub struct UiState {
     pub question: Option<Question>,
     /// A field was being typed in when the last frame ended.
     pub is_typing: bool,
+    /// Commands that are run once what is typed is taken.
+    pub waiting: Vec<Command>,
     /// Files of the scene changed on disk while there are changes here.
     pub has_changed_on_disk: bool,
     /// The last thing that was done, for the status line.
@@ -158,8 +160,9 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
     };
     let is_asking = state.question.is_some() || input.job.is_some();
     state.panel.is_narrow = ui.available_width() < NARROW;
-    if !is_asking {
-        output.commands = keys::pressed(ui.ctx());
+    match is_asking {
+        true => state.waiting.clear(),
+        false => output.commands = keys::due(ui.ctx(), &mut state.waiting),
     }
     if state.is_bare {
         output.commands.retain(|command| command.is_view());
@@ -274,6 +277,9 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
     }
     if !is_escape_taken && ui.input(|input| input.key_pressed(Key::Escape)) {
         output.commands.push(Command::Escape);
+    }
+    if !state.waiting.is_empty() {
+        keys::end_typing(ui.ctx());
     }
     state.is_typing = ui.ctx().text_edit_focused();
     if output.commands.contains(&Command::Frame) {

@@ -1,5 +1,9 @@
 //! The open window: events in, frames out, and everything that was asked for done.
 
+#[cfg(not(target_arch = "wasm32"))]
+use std::collections::VecDeque;
+#[cfg(not(target_arch = "wasm32"))]
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -82,6 +86,9 @@ pub struct Workspace {
     pub(super) views: Views,
     /// Work that the window waits for.
     pub(super) job: Option<Job>,
+    /// Files that were dropped on it meanwhile.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) dropped: VecDeque<PathBuf>,
     /// A look that is drawn meanwhile.
     #[cfg(not(target_arch = "wasm32"))]
     pub(super) look_job: Option<LookJob>,
@@ -171,6 +178,8 @@ impl Workspace {
             },
             views: Views::default(),
             job: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            dropped: VecDeque::new(),
             #[cfg(not(target_arch = "wasm32"))]
             look_job: None,
             clipboard: Clipboard::default(),
@@ -263,7 +272,8 @@ impl Workspace {
                 self.window.request_redraw();
             }
             WindowEvent::CloseRequested => self.close(),
-            WindowEvent::DroppedFile(path) => self.take_file(path),
+            #[cfg(not(target_arch = "wasm32"))]
+            WindowEvent::DroppedFile(path) => self.drop_file(path),
             WindowEvent::Occluded(false) => self.window.request_redraw(),
             _ => {}
         }
@@ -280,6 +290,7 @@ impl Workspace {
         #[cfg(not(target_arch = "wasm32"))]
         {
             self.poll_job();
+            self.take_dropped();
             self.draw_look();
         }
         if self.wake.is_some_and(|wake| wake <= now) {

@@ -12,6 +12,7 @@ use crate::error::SessionError;
 use crate::ui::desktop;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::ui::job::{Job, JobResult, Wanted};
+use crate::ui::keys::{self, Command};
 use crate::ui::picker::{Picker as FilePicker, Purpose};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::ui::questions::name_of;
@@ -30,6 +31,14 @@ enum SaveError {
 
 impl Workspace {
     pub(in crate::ui) fn close(&mut self) {
+        let is_asking = self.state.question.is_some() || self.job.is_some();
+        if !is_asking && self.egui.text_edit_focused() {
+            // What is typed is a change too.
+            self.state.waiting.push(Command::Close);
+            keys::end_typing(&self.egui);
+            self.window.request_redraw();
+            return;
+        }
         self.before_losing(Then::Close);
     }
 

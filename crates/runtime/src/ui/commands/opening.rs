@@ -64,6 +64,27 @@ impl Workspace {
         self.window.request_redraw();
     }
 
+    /// Takes a file that was dropped on the window, after those that were dropped before it.
+    pub(in crate::ui) fn drop_file(&mut self, path: &Path) {
+        self.dropped.push_back(path.to_owned());
+        self.take_dropped();
+        if !self.dropped.is_empty() {
+            self.say(&format!("{} is opened afterwards", name_of(path)));
+            self.window.request_redraw();
+        }
+    }
+
+    /// Takes files that were dropped, while no work is under way that they would stop, and no question is open about the
+    /// scene that they change.
+    pub(in crate::ui) fn take_dropped(&mut self) {
+        while self.job.is_none() && self.state.question.is_none() {
+            let Some(path) = self.dropped.pop_front() else {
+                return;
+            };
+            self.take_file(&path);
+        }
+    }
+
     /// Waits for work; what was under way is stopped.
     pub(in crate::ui) fn begin(&mut self, job: Job) {
         self.log.write("job", json!({ "title": job.title }));
