@@ -396,3 +396,44 @@ fn looks_are_kept_swapped_and_wiped() {
     view.without_mouse().assert_same(&changed);
     view.close_unsaved();
 }
+
+#[test]
+fn kept_looks_are_those_of_the_scene_also_when_it_is_saved_elsewhere() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &CPU);
+    let start = view.without_mouse();
+    // Kept in the frame of an edit, before there is a picture of it: one is drawn.
+    let place = "Absorption red number";
+    view.until_drawn(place, |view| view.click(view.middle(place)));
+    view.after("edit", |view| {
+        view.in_one_frame(|view| {
+            view.key("ctrl+a");
+            view.tool("xdotool", &["type", "6"]);
+            view.key("Return");
+            view.key("k");
+        });
+    });
+    assert_eq!([view.count("kept"), view.count("look")], [1, 0]);
+    let edited = view.without_mouse();
+    edited.assert_different(&start);
+    // Nothing moves in this scene, and nothing waits for it to stop.
+    view.key("space");
+    view.key("w");
+    view.wait_for_next("look", 0);
+    view.wait_for_place("Wipe line");
+    let (width, height) = (start.width / 2 - 40, start.height - 60);
+    let left = |shot: &crate::window_common::Shot| shot.part([0, 50], [width, height]);
+    left(&view.without_mouse()).assert_same(&left(&edited));
+    view.key("w");
+    view.wait_until_gone("Wipe line");
+    // From another folder the look's light set is where it was.
+    view.after("edit", |view| view.type_number("Absorption red", "0.2"));
+    let below = scene.folder.path().join("below");
+    std::fs::create_dir(&below).expect("made");
+    view.asked("save as", |view| view.key("ctrl+shift+s"));
+    view.type_path(&below.join("moved.toml"));
+    view.wait_for_next("saved", 0);
+    view.after("edit", |view| view.key("x"));
+    view.without_mouse().assert_same(&edited);
+    view.close_unsaved();
+}

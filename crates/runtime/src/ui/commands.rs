@@ -147,10 +147,10 @@ impl Workspace {
             Command::ClearMask => self.flood_mask(BrushEffect::Protect(0.0)),
             Command::LargerBrush => self.state.paint.scale(1.25),
             Command::SmallerBrush => self.state.paint.scale(0.8),
-            Command::Play => {
-                let end = end_of(self.viewer.session().scene());
-                self.state.motion.toggle(end);
-            }
+            Command::Play => match self.viewer.session().scene() {
+                scene if scene.motion.is_some() => self.state.motion.toggle(end_of(scene)),
+                _ => self.say("Nothing moves in this scene: the section Motion has wind"),
+            },
             Command::Help => self.state.is_help_open = !self.state.is_help_open,
             Command::Escape => {
                 let state = &mut self.state;
@@ -284,7 +284,7 @@ impl Workspace {
         self.last_tick = now;
         let scene = self.viewer.session().scene();
         let motion = &mut self.state.motion;
-        if motion.is_playing && scene.motion.is_some() {
+        if motion.moves(scene) {
             // A window that was hidden goes on where it was.
             motion.seconds += passed.min(0.25);
             if let Some(end) = end_of(scene).filter(|&end| motion.seconds >= end) {
@@ -373,8 +373,7 @@ impl Workspace {
 
     /// Saves the picture if that was asked for and it is finished; as it is where hair moves on, or nothing more comes.
     pub(super) fn save_if_finished(&mut self) {
-        let is_moving =
-            self.state.motion.is_playing && self.viewer.session().scene().motion.is_some();
+        let is_moving = self.state.motion.moves(self.viewer.session().scene());
         let is_finished =
             self.progress.is_done && !self.is_unlogged && self.viewer.awaited_layer().is_none();
         if !self.is_to_be_saved || !(is_finished || is_moving || self.is_stuck) {

@@ -518,7 +518,8 @@ fn bar(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiOut
 fn drawn_look<'a>(input: &UiInput<'_>, state: &'a UiState) -> Option<&'a str> {
     // A page draws no other picture.
     let can_draw = cfg!(not(target_arch = "wasm32"));
-    let is_next = can_draw && input.progress.is_done && !state.motion.is_playing;
+    let is_moving = state.motion.moves(input.viewer.session().scene());
+    let is_next = can_draw && input.progress.is_done && !is_moving;
     let looks = &state.looks;
     let is_drawn = is_next && looks.wants(&LookView::of(input.viewer));
     looks

@@ -1,9 +1,12 @@
 //! Looks that were kept, to be compared with the one that is edited: beside each other in one
 //! picture, or one after the other.
 
+use std::path::{Path, PathBuf};
+
 use egui::{ColorImage, Rect, TextureHandle, TextureOptions};
 use strandlight_formats::{HairSection, LightsSection, RenderSection, Scene, VariationSection};
 
+use crate::session::Session;
 use crate::viewer::Viewer;
 use strandlight_scene::Camera;
 
@@ -22,11 +25,17 @@ pub struct Look {
 impl Look {
     /// That of `scene`.
     pub fn of(scene: &Scene) -> Look {
+        let RenderSection { size, samples, .. } = RenderSection::default();
         Look {
             hair: scene.hair.clone(),
             variation: scene.variation.clone(),
             lights: scene.lights.clone(),
-            render: scene.render.clone(),
+            // Those of the scene are no part of it: whatever they are, the look is the same.
+            render: RenderSection {
+                size,
+                samples,
+                ..scene.render.clone()
+            },
         }
     }
 
@@ -41,6 +50,33 @@ impl Look {
             samples,
             ..self.render.clone()
         };
+    }
+
+    /// Names its files as `after` does, which is the scene `before` saved elsewhere.
+    fn move_along(&mut self, before: &Scene, after: &Session) {
+        let scene = after.scene();
+        let moved = |file: &Path, known: Option<PathBuf>, now: Option<&PathBuf>| {
+            let whole = before.folder.join(file);
+            match now.filter(|_| known.as_ref() == Some(&whole)) {
+                // It may have been in memory, and have another name now.
+                Some(now) => now.clone(),
+                None if file.is_absolute() => whole,
+                None => after.path_in_scene(&whole),
+            }
+        };
+        let lights = &mut self.lights;
+        lights.file = moved(
+            &lights.file,
+            Some(before.lights_path()),
+            Some(&scene.lights.file),
+        );
+        if let Some(panorama) = &mut lights.panorama {
+            let now = scene.lights.panorama.as_ref();
+            *panorama = moved(panorama, before.panorama_path(), now);
+        }
+        if let Some(lut) = &mut self.render.lut {
+            *lut = moved(lut, None, None);
+        }
     }
 }
 
@@ -190,6 +226,14 @@ impl Looks {
         Some(next)
     }
 
+    /// Names files as `after` does, which is the scene `before` saved elsewhere.
+    pub fn move_along(&mut self, before: &Scene, after: &Session) {
+        let kept = self.kept.iter_mut().map(|kept| &mut kept.look);
+        for look in kept.chain(&mut self.other) {
+            look.move_along(before, after);
+        }
+    }
+
     /// Takes up a picture of the one called `name`.
     pub fn show(&mut self, name: &str, shown: Shown) {
         if let Some(kept) = self.kept.iter_mut().find(|kept| kept.name == name) {
@@ -310,6 +354,23 @@ mod tests {
         other.put_on(&mut scene);
         assert_eq!((scene.hair.eta, scene.render.size), (1.8, [30, 20]));
         assert_eq!(scene.groom.file.to_str(), Some("a"));
+    }
+
+    #[test]
+    fn size_and_samples_are_no_part_of_a_look() {
+        let mut scene = Scene::new("a", "b");
+        let mut looks = Looks::default();
+        looks.keep(Look::of(&scene), None);
+        scene.hair.eta = 1.7;
+        let (_, kept) = looks
+            .swap(Look::of(&scene))
+            .expect("the look that was kept");
+        kept.put_on(&mut scene);
+        scene.render.samples += 1;
+        scene.render.size = [30, 20];
+        let (_, back) = looks.swap(Look::of(&scene)).expect("the look before");
+        back.put_on(&mut scene);
+        assert_eq!((scene.hair.eta, scene.render.size), (1.7, [30, 20]));
     }
 
     #[test]

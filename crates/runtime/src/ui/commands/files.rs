@@ -222,11 +222,14 @@ impl Workspace {
     }
 
     fn write(&mut self, path: Option<&Path>) -> Result<(), SaveError> {
+        let before = self.viewer.session().scene().clone();
         let saved = match path {
             Some(path) => self.viewer.save_as(path),
             None => self.viewer.save(),
         };
         let saved = saved?;
+        let looks = &mut self.state.looks;
+        looks.move_along(&before, self.viewer.session());
         // What was saved in a page's memory is the reader's to keep.
         #[cfg(target_arch = "wasm32")]
         crate::page::offer(self.viewer.session().files(), &saved)?;

@@ -22,7 +22,9 @@ impl Workspace {
         let is_plain = self.viewer.inspection().is_none() && self.viewer.ground_truth().is_none();
         #[cfg(target_arch = "wasm32")]
         let is_plain = true;
-        let shown = (self.progress.is_done && is_plain).then(|| snapshot::pixels(&self.viewer));
+        // After an edit in this frame `progress` is still that of the picture before.
+        let is_finished = self.progress.is_done && !self.is_unlogged;
+        let shown = (is_finished && is_plain).then(|| snapshot::pixels(&self.viewer));
         let view = LookView::of(&self.viewer);
         let shown = (shown.and_then(Result::ok))
             .filter(|(size, _)| *size == view.size)
@@ -123,7 +125,7 @@ impl Workspace {
         }
         let view = LookView::of(&self.viewer);
         // What is edited comes first, and of hair that moves the picture would be late.
-        let is_moving = self.state.motion.is_playing;
+        let is_moving = self.state.motion.moves(self.viewer.session().scene());
         if is_moving || !self.progress.is_done || !self.state.looks.wants(&view) {
             return;
         }

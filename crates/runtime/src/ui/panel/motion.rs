@@ -31,6 +31,11 @@ impl MotionState {
         }
     }
 
+    /// Does the hair of `scene` move? The clock may run on where a scene lost its motion, as by undo.
+    pub fn moves(&self, scene: &Scene) -> bool {
+        self.is_playing && scene.motion.is_some()
+    }
+
     /// Switches wind on, as it was before, or off. The clock stands until it is started.
     fn set_wind(&mut self, scene: &mut Scene, is_windy: bool) {
         let before = scene.motion.take().and_then(|motion| motion.wind);
