@@ -68,7 +68,7 @@ export class StrandView extends HTMLElement {
   /** Attribute `panel`: shows the bar, the panel and the status line; without it, the picture alone. */
   panel: boolean;
 
-  /** Attribute `renderer`; `auto` is the GPU where the browser offers one. Another one loads the scene again. */
+  /** Attribute `renderer`; `auto` is the GPU where the browser offers one. Another one loads the scene again that was loaded last. */
   renderer: "auto" | "gpu" | "cpu";
 
   /** Has the scene changes that were not saved from the panel? */
@@ -96,7 +96,7 @@ export class StrandView extends HTMLElement {
   /** The picture as a PNG, when it is complete. */
   snapshot(): Promise<Blob>;
 
-  /** Gives memory and device back. The element shows nothing until another scene is loaded. */
+  /** Gives memory and device back. The element shows nothing, wherever it is moved, until a scene is loaded or an attribute asks for one. */
   dispose(): void;
 
   addEventListener<K extends keyof StrandViewEventMap>(

@@ -72,6 +72,8 @@ export class StrandView extends Element {
   #cancel; // refuses the promise of what is being loaded
   #turn = 0; // of what is loaded or was; another one is another scene
   #isDue = false;
+  #address; // of what was loaded last, until `src` is another
+  #isDisposed = false;
   #waiting = []; // for the finished picture
 
   constructor() {
@@ -87,14 +89,14 @@ export class StrandView extends Element {
   }
 
   connectedCallback() {
-    // One that was moved goes on.
-    if (!this.#view && !this.#cancel) this.#loadSoon();
+    // One that was moved goes on; one that was disposed of stays so.
+    if (!this.#view && !this.#cancel && !this.#isDisposed) this.#loadSoon();
   }
 
   disconnectedCallback() {
     // An element that is moved is back at once.
     queueMicrotask(() => {
-      if (!this.isConnected) this.dispose();
+      if (!this.isConnected) this.#release();
     });
   }
 
@@ -107,6 +109,10 @@ export class StrandView extends Element {
         // It has no scene yet, and looks at the attribute when it has.
       }
     } else {
+      if (name === "src") {
+        this.#address = undefined;
+        this.#isDisposed = false;
+      }
       this.#loadSoon();
     }
   }
@@ -153,6 +159,7 @@ export class StrandView extends Element {
     const turn = this.#turn;
     // Attributes that were set just before are those of this scene.
     this.#isDue = false;
+    this.#isDisposed = false;
     const cancelled = new Promise((_, reject) => (this.#cancel = reject));
     try {
       const detail = await Promise.race([this.#open(address, turn), cancelled]);
@@ -187,6 +194,12 @@ export class StrandView extends Element {
   }
 
   dispose() {
+    this.#isDisposed = true;
+    this.#isDue = false;
+    this.#release();
+  }
+
+  #release() {
     this.#end(new DOMException("strand-view: the element was disposed of", "AbortError"));
     this.#say("");
   }
@@ -195,6 +208,7 @@ export class StrandView extends Element {
   async #open(address, turn) {
     if (!document.contains(this)) throw new Error("must be in the document, and not in a shadow tree");
     this.#say("Loading ...");
+    this.#address = address;
     const scene = new URL(address, document.baseURI).href;
     const tables = new URL(StrandView.tables, document.baseURI).href;
     const module = await program();
@@ -250,8 +264,9 @@ export class StrandView extends Element {
     queueMicrotask(() => {
       const isDue = this.#isDue;
       this.#isDue = false;
+      const address = this.#address ?? this.src;
       // What fails is told by the event.
-      if (isDue && this.isConnected && this.src !== "") this.load(this.src).catch(() => {});
+      if (isDue && this.isConnected && address !== "") this.load(address).catch(() => {});
     });
   }
 

@@ -486,7 +486,17 @@ fn views_are_locked_kept_and_set_by_focal_length() {
     let [left, top, right, bottom] = view.place("View");
     view.drag(1, [(left + right) / 2, (top + bottom) / 2], [60, 0]);
     view.without_mouse().assert_same(&start);
+    let click_twice = |view: &View| {
+        view.move_to([(left + right) / 2 - 30, (top + bottom) / 2]);
+        let twice = ["click", "--repeat", "2", "--delay", "60", "1"];
+        view.tool("xdotool", &twice);
+    };
+    click_twice(&view);
+    view.without_mouse().assert_same(&start);
     view.click(view.middle("Lock"));
+    view.after("view", |view| click_twice(view));
+    view.after("view", |view| view.key("Home"));
+    view.without_mouse().assert_same(&start);
     view.drag(1, [(left + right) / 2, (top + bottom) / 2], [60, 0]);
     view.without_mouse().assert_different(&start);
     view.close();

@@ -162,6 +162,8 @@ fn numbers_are_typed_as_people_do_and_refusals_are_seen() {
         .map(|line| line["message"].to_string())
         .unwrap_or_default();
     assert!(said.contains("IOR: lots"), "{said}");
+    // The message moves the panel down.
+    view.wait_for_place("Dismiss button");
     view.after("edit", |view| view.type_number("IOR", "9"));
     view.wait_for_next("error", errors + 1);
     assert_eq!(saved(&mut view).hair.eta, 3.0, "the nearest that there is");

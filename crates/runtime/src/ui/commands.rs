@@ -77,7 +77,8 @@ impl Workspace {
         }
         self.paint(&output.viewport);
         self.move_clock();
-        if let Some(place) = output.viewport.clicked_twice {
+        let clicked_twice = output.viewport.clicked_twice;
+        if let Some(place) = clicked_twice.filter(|_| !self.state.camera.is_locked) {
             self.look_at(place);
         }
         self.resize_picture(output.viewport.size);
@@ -136,6 +137,12 @@ impl Workspace {
             Command::LightsBefore => self.next_light_set(false),
             Command::CopyLook => self.copy_look(),
             Command::PasteLook => self.paste_look(),
+            // The menu has it greyed out. What other programs wrote is read whatever the scene is.
+            Command::Reload
+                if self.viewer.session().is_unsaved() && !self.state.has_changed_on_disk =>
+            {
+                self.say("There is no file yet to reload the scene from");
+            }
             Command::Reload => self.reload(),
             Command::Screenshot => self.screenshot(),
             Command::Paint => self.state.paint.is_on = !self.state.paint.is_on,
@@ -357,6 +364,8 @@ impl Workspace {
         }
         let side = self.screen.max_texture_side();
         let size = size.map(|pixels| pixels.min(side));
+        // The picture of another size is another one.
+        self.is_unlogged |= size != self.viewer.size();
         if let Err(error) = self.viewer.set_window(size) {
             self.fail(&error.to_string());
         }

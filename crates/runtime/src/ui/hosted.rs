@@ -225,6 +225,8 @@ impl Workspace {
 
     /// Shows bar, panel and status line, or the picture alone.
     pub(super) fn show_panel(&mut self, is_shown: bool) {
+        // The picture gets another size, in the frames that follow.
+        self.is_unlogged |= self.state.is_bare == is_shown;
         self.state.is_bare = !is_shown;
         self.window.request_redraw();
     }

@@ -101,13 +101,24 @@ impl Picker {
     /// The file that is meant, with an ending if it is to be written.
     pub fn file(&self) -> PathBuf {
         let file = self.whole(&self.path);
-        let is_ended = self.purpose == Purpose::Open
+        let is_other = self.purpose == Purpose::Open
             || self.path.ends_with(is_separator)
-            || self.extension().is_some();
-        if is_ended || self.ending.is_empty() || file.is_dir() {
-            return file;
+            || self.ending.is_empty()
+            || file.is_dir();
+        match self.extension().filter(|extension| !extension.is_empty()) {
+            _ if is_other => file,
+            None => file.with_extension(&self.ending),
+            // The 2 of `look.v2` is no ending. A file that is there is meant as it is typed.
+            Some(extension)
+                if self.extensions.len() == 1 && extension != self.ending && !file.exists() =>
+            {
+                let mut name = file.into_os_string();
+                name.push(".");
+                name.push(&self.ending);
+                name.into()
+            }
+            Some(_) => file,
         }
-        file.with_extension(&self.ending)
     }
 
     /// The ending that is typed.
@@ -594,7 +605,10 @@ mod tests {
         typed("bare.toml", "bare.toml");
         typed("zoo/bare", "zoo/bare.toml");
         // The folder shown is still the one that was begun in.
-        typed("bare.v2", "bare.v2");
+        typed("bare.v2", "bare.v2.toml");
+        typed("bare.TOML", "bare.TOML");
+        // It is there: what it is, is told when it is written.
+        typed("B.GROOM", "B.GROOM");
         // It is a folder, and refused as that.
         typed("zoo", "zoo");
         picker.go_to(&at("zoo"));

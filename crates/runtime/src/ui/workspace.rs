@@ -656,6 +656,7 @@ impl Workspace {
             photo.forget_texture();
         }
         self.state.paint.mask_layer.forget();
+        self.state.lights.map.forget_texture();
         self.state.thumbnails.forget();
         // egui sends its fonts again to the new device, and remembers what was open.
         let memory = self.egui.memory(Clone::clone);

@@ -102,15 +102,18 @@ impl Workspace {
         }
     }
 
-    /// The light that is shown alone is the one that is selected.
+    /// The light that is shown alone is the one that is selected; without it, the picture is shown.
     #[cfg(not(target_arch = "wasm32"))]
     pub(in crate::ui) fn inspect_selected(&mut self) {
         let Some(Inspection::Layer(LightLayer::Light(shown))) = self.viewer.inspection() else {
             return;
         };
+        let n_lights = self.viewer.prepared().lights.len();
         let selected = self.state.lights.selected;
-        if let Some(selected) = selected.filter(|&selected| selected != shown) {
-            self.inspect(Some(Inspection::Layer(LightLayer::Light(selected))));
+        let selected = selected.filter(|&light| (light as usize) < n_lights);
+        if selected != Some(shown) {
+            let layer = selected.map(LightLayer::Light);
+            self.inspect(layer.map(Inspection::Layer));
         }
     }
 

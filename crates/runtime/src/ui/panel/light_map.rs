@@ -40,6 +40,11 @@ impl std::fmt::Debug for LightMap {
 }
 
 impl LightMap {
+    /// Forgets its picture, which was on a device that is lost.
+    pub fn forget_texture(&mut self) {
+        self.texture = None;
+    }
+
     /// Shows `lights`, those of the scene as they are lit and turned, `n_set` of them of the set; a click changes
     /// which one is `selected`, a drag turns those of the set or moves one that is added. Answers where a
     /// double click asks for another light.

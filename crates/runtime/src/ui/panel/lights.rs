@@ -28,7 +28,7 @@ pub struct LightsState {
     /// The list follows the selection once.
     pub reveal: bool,
     /// The lights around the hair.
-    map: LightMap,
+    pub map: LightMap,
 }
 
 impl LightsState {
