@@ -89,7 +89,7 @@ fn a_bundler_takes_the_package() {
     }
     std::fs::write(app.join("main.ts"), block("ts")).expect("written");
     std::fs::create_dir(app.join("public")).expect("a new folder");
-    for name in ["scene.toml", "a wig.groom", "five.lights"] {
+    for name in ["scene.toml", "a wig.groom", "five.lights", "head.mesh"] {
         std::fs::copy(page().join(name), app.join("public").join(name)).expect("copied");
     }
     let target = app.display().to_string();

@@ -46,7 +46,7 @@ fn site(html: &str) -> (PathBuf, String) {
         }
     };
     // The scene names no tables: they come from the package.
-    let scene = ["scene.toml", "a wig.groom", "five.lights"];
+    let scene = ["scene.toml", "a wig.groom", "five.lights", "head.mesh"];
     copy(page(), &folder, &scene);
     let program = [
         "strand-view.js",

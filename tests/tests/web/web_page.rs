@@ -349,6 +349,7 @@ fn the_folder_holds_a_page_and_is_nobody_elses() {
         "a wig.groom",
         "default.tables",
         "five.lights",
+        "head.mesh",
         "index.html",
         "scene.toml",
         "strand-view.js",
