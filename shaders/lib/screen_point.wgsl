@@ -33,15 +33,19 @@ fn screen_point(view: View, point: vec4f, tangent: vec3f, least_width: f32) -> S
     }
     // The tangent's image, up to a positive factor: d/ds of (x, y) / depth.
     let away = dot(tangent, view.forward);
-    let dx = view.focal_px * dot(tangent, view.right) - (screen.x - 0.5 * f32(view.size.x)) * away;
-    let dy = -view.focal_px * dot(tangent, view.up) - (screen.y - 0.5 * f32(view.size.y)) * away;
+    let from_middle = screen.xy - 0.5 * vec2f(view.size);
+    let dx = view.focal_px * dot(tangent, view.right) - from_middle.x * away;
+    let dy = -view.focal_px * dot(tangent, view.up) - from_middle.y * away;
     let size = sqrt(dx * dx + dy * dy);
     // A strand seen end on has no direction on the screen; any will do.
     var along = vec2f(0.0, -1.0);
     if size > 1e-6 * view.focal_px {
         along = vec2f(dx, dy) / size;
     }
-    let width = 2.0 * point.w * view.focal_px / depth;
+    // The fibre's outline lies to both sides of it, across the plane through the eye and the strand, which the picture cuts at an
+    // angle away from its middle.
+    let across = (along.x * from_middle.y - along.y * from_middle.x) / view.focal_px;
+    let width = 2.0 * point.w * view.focal_px / depth * sqrt(1.0 + across * across);
     let drawn = max(width, least_width);
     let z = (depth - view.near) / (view.far - view.near);
     return ScreenPoint(screen.xy, along, 0.5 * drawn, z, width / drawn);

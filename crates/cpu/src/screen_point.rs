@@ -48,17 +48,19 @@ pub(super) fn screen_point(
     // The tangent's image, up to a positive factor: d/ds of (x, y) / depth.
     let tangent = Vec3::new(tangent[0], tangent[1], tangent[2]);
     let away = tangent.dot(Vec3::from(view.forward));
-    let dx = view.focal_px * tangent.dot(Vec3::from(view.right))
-        - (x - 0.5 * view.size[0] as f32) * away;
-    let dy =
-        -view.focal_px * tangent.dot(Vec3::from(view.up)) - (y - 0.5 * view.size[1] as f32) * away;
+    let from_middle = [x - 0.5 * view.size[0] as f32, y - 0.5 * view.size[1] as f32];
+    let dx = view.focal_px * tangent.dot(Vec3::from(view.right)) - from_middle[0] * away;
+    let dy = -view.focal_px * tangent.dot(Vec3::from(view.up)) - from_middle[1] * away;
     let size = (dx * dx + dy * dy).sqrt();
     // A strand seen end on has no direction on the screen; any will do.
     let mut along = [0.0, -1.0];
     if size > 1e-6 * view.focal_px {
         along = [dx / size, dy / size];
     }
-    let width = 2.0 * point[3] * view.focal_px / depth;
+    // The fibre's outline lies to both sides of it, across the plane through the eye and the strand, which the picture cuts at an
+    // angle away from its middle.
+    let across = (along[0] * from_middle[1] - along[1] * from_middle[0]) / view.focal_px;
+    let width = 2.0 * point[3] * view.focal_px / depth * (1.0 + across * across).sqrt();
     let drawn = width.max(least_width);
     ScreenPoint {
         at: [x, y],
@@ -82,4 +84,50 @@ pub(super) fn edges_at(point: &ScreenPoint) -> [i32; 4] {
         snap(x - half * across[0]),
         snap(y - half * across[1]),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use strandlight_scene::Camera;
+    use strandlight_scene::camera::view_uniform;
+    use strandlight_scene::strands::Strands;
+
+    use super::*;
+
+    #[test]
+    fn ribbons_reach_from_outline_to_outline_of_fibres_all_over_the_picture() {
+        let (radius, length) = (0.01_f32, 20.0);
+        let points = [[-length, -length, 0.0], [length, length, 0.0]];
+        let strands = Strands::new(&points, &[0, 2], |_, _| 2.0 * radius, true).expect("a strand");
+        let camera = Camera {
+            eye: Vec3::new(0.0, 0.0, 60.0),
+            target: Vec3::ZERO,
+            up: Vec3::Y,
+            fov_y: 1.4,
+        };
+        let view = view_uniform(&camera, &strands, [1200, 800], 1.0);
+        let mut widest = 1.0_f32;
+        for ix in 1..400 {
+            let of = |factor: f32| (factor * ix as f32).sin();
+            let middle = Vec3::new(70.0 * of(1.1), 45.0 * of(2.3), 12.0 * of(3.7));
+            let tangent = Vec3::new(of(5.1), of(7.9), of(0.7)).normalize();
+            let point = [middle.x, middle.y, middle.z, radius];
+            let drawn = screen_point(&view, &point, &tangent.extend(1.0).to_array(), 0.0);
+            // The eye sees a thin fibre's outline across the plane through it and the strand.
+            let across = (middle - camera.eye).cross(tangent).normalize();
+            let [left, right] = [-radius, radius].map(|r| {
+                let [x, y, _] = screen_position(&view, middle + across * r);
+                -drawn.along[1] * (x - drawn.at[0]) + drawn.along[0] * (y - drawn.at[1])
+            });
+            let outline = 0.5 * (right - left).abs();
+            assert!(
+                (drawn.half_width / outline - 1.0).abs() < 2e-3,
+                "{middle}, {tangent}: {} px, {outline} px",
+                drawn.half_width
+            );
+            let in_middle = radius * view.focal_px / (60.0 - middle.z);
+            widest = widest.max(outline / in_middle);
+        }
+        assert!(widest > 1.3, "{widest}");
+    }
 }
