@@ -94,8 +94,7 @@ impl Mesh {
     pub fn smooth_normals(&self) -> Vec<[f32; 3]> {
         let corner = |ix: u32| self.positions[ix as usize].map(f64::from);
         let minus = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-        // -0 is at the place of 0.
-        let place = |ix: usize| self.positions[ix].map(|x| (x + 0.0).to_bits());
+        let place = |ix: usize| place_bits(&self.positions[ix]);
         let mut sums: BTreeMap<[u32; 3], [f64; 3]> = BTreeMap::new();
         for &[a, b, c] in &self.triangles {
             let from = corner(a);
@@ -122,6 +121,33 @@ impl Mesh {
             }
         };
         (0..self.positions.len()).map(normal).collect()
+    }
+
+    /// How many edges border one triangle alone; none of a closed surface. Vertices at the same place count as one.
+    ///
+    /// # Panics
+    /// Where a triangle names a vertex that is not there.
+    pub fn open_edges(&self) -> usize {
+        let mut by_place: Vec<([u32; 3], u32)> = (self.positions.iter().zip(0..))
+            .map(|(position, ix)| (place_bits(position), ix))
+            .collect();
+        by_place.sort_unstable();
+        // By vertex, the first one at its place.
+        let mut first = vec![0; by_place.len()];
+        for there in by_place.chunk_by(|a, b| a.0 == b.0) {
+            for (_, ix) in there {
+                first[*ix as usize] = there[0].1;
+            }
+        }
+        let mut edges: Vec<[u32; 2]> = (self.triangles.iter())
+            .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+            .map(|ends| ends.map(|ix| first[ix as usize]))
+            .map(|[a, b]| [a.min(b), a.max(b)])
+            .filter(|[a, b]| a != b)
+            .collect();
+        edges.sort_unstable();
+        let same = edges.chunk_by(|a, b| a == b);
+        same.filter(|edges| edges.len() == 1).count()
     }
 
     /// Lowest and highest coordinates of the vertices, cm.
@@ -199,6 +225,11 @@ impl Mesh {
     }
 }
 
+/// What tells places apart: -0 is at the place of 0.
+fn place_bits(position: &[f32; 3]) -> [u32; 3] {
+    position.map(|x| (x + 0.0).to_bits())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -251,6 +282,21 @@ mod tests {
         // Without an area, up.
         let line = Mesh::new(vec![[0.0; 3]; 3], vec![[0, 1, 2]]).expect("valid");
         assert_eq!(line.normals[0], [0.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn open_edges_are_those_of_one_triangle() {
+        let mut cube = cube();
+        assert_eq!(cube.open_edges(), 0);
+        // A square hole.
+        cube.triangles.truncate(10);
+        assert_eq!(cube.open_edges(), 4);
+        // Every triangle with vertices of its own: the places count.
+        let corners = cube.triangles.iter().flatten();
+        let positions = corners.map(|&ix| cube.positions[ix as usize]).collect();
+        let lone = (0..10).map(|ix| [3 * ix, 3 * ix + 1, 3 * ix + 2]).collect();
+        let split = Mesh::new(positions, lone).expect("valid");
+        assert_eq!(split.open_edges(), 4);
     }
 
     #[test]

@@ -156,6 +156,13 @@ fn mesh_of(bytes: &[u8], path: &Path, unit: Option<f64>, up: UpAxis) -> Result<R
     if !(5.0..=500.0).contains(&size) {
         notes.push(format!("the mesh is {size:.2} cm large; is --unit right?"));
     }
+    let open = mesh.open_edges();
+    if open > 0 {
+        notes.push(format!(
+            "open along {}: taken for a solid, so that hair behind a single sheet lies in the light before it",
+            counted(open, "edge", "edges")
+        ));
+    }
     Ok(Read { mesh, notes, files })
 }
 
