@@ -40,8 +40,8 @@ pub struct TruthProgress {
     pub samples: u32,
     /// Relative RMSE of means over 4x4 pixels that is to be expected; infinite before there are samples.
     pub relative_error: f64,
-    /// What it was for the picture that the samples correct.
-    pub relative_error_of_fast: f64,
+    /// What it was for the picture that the samples correct; [`None`] where noise hides it, and before there are samples.
+    pub relative_error_of_fast: Option<f64>,
     /// It is good enough, and nothing is traced any more.
     pub is_done: bool,
 }
@@ -194,13 +194,13 @@ impl GroundTruth {
         let of_none = TruthProgress {
             samples: 0,
             relative_error: f64::INFINITY,
-            relative_error_of_fast: f64::INFINITY,
+            relative_error_of_fast: None,
             is_done,
         };
         self.shown.as_ref().map_or(of_none, |shown| TruthProgress {
             samples: shown.converged.samples,
             relative_error: known(shown.converged.relative_error),
-            relative_error_of_fast: known(shown.converged.relative_error_of_fast),
+            relative_error_of_fast: shown.converged.relative_error_of_fast.map(known),
             is_done,
         })
     }

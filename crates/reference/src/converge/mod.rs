@@ -89,11 +89,11 @@ pub struct Converged {
     pub tile_error: Vec<[f32; 3]>,
     /// Samples of each pixel, the mean.
     pub samples: u32,
-    /// Relative RMSE of means over 4x4 pixels that is to be expected, and what it was for the fast
-    /// picture; no less than what can be told from noise. Infinite before there are two samples.
+    /// Relative RMSE of means over 4x4 pixels that is to be expected, no less than what can be told from noise. Infinite before
+    /// there are two samples.
     pub relative_error: f64,
-    /// See `relative_error`.
-    pub relative_error_of_fast: f64,
+    /// What it was for the fast picture; [`None`] where noise hides it, and before there are two samples.
+    pub relative_error_of_fast: Option<f64>,
 }
 
 impl Convergence {
@@ -282,7 +282,7 @@ impl Convergence {
                 tile_error: vec![[f32::INFINITY; 3]; tiles[0] * tiles[1]],
                 samples: self.n_samples,
                 relative_error: f64::INFINITY,
-                relative_error_of_fast: f64::INFINITY,
+                relative_error_of_fast: None,
             };
         }
         let known = self.pixels.iter().zip(&self.sums).zip(&self.scales);
@@ -324,7 +324,8 @@ impl Convergence {
             tile_error: tiles.of.iter().map(deviation).collect(),
             samples: self.n_samples,
             relative_error: (blocks.sum.max(blocks.doubt) / radiance).sqrt(),
-            relative_error_of_fast: (blocks.sum_of_zero.max(0.0) / radiance).sqrt(),
+            relative_error_of_fast: (blocks.sum_of_zero > 0.0)
+                .then(|| (blocks.sum_of_zero / radiance).sqrt()),
             picture,
         }
     }

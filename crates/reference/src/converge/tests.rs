@@ -276,3 +276,25 @@ fn samples_of_two_calls_are_those_of_one() {
     };
     assert_eq!(run(&[8], 1), run(&[2, 1, 5], 3));
 }
+
+#[test]
+fn the_error_of_the_fast_picture_is_told_where_samples_show_it() {
+    let scene = crate::tests::scene();
+    let noisy = Noisy {
+        scene: &scene,
+        deviation: 3.0,
+    };
+    let [truth, fast] = pictures(&noisy, a_third);
+    let told = |fast: &Picture, samples: u32, seed: u64| {
+        let mut convergence = Convergence::new(fast.clone(), &scene, seed);
+        convergence.trace(&scene, &noisy, samples);
+        convergence.converged().relative_error_of_fast
+    };
+    let before = relative_error(&fast, &truth);
+    let found = told(&fast, 128, 0).expect("more than the noise");
+    assert!((found / before - 1.0).abs() < 0.1, "{found} {before}");
+    // A picture that is right: half of the time the noise seems to be less than it is, and then there is nothing to tell.
+    let of_right: Vec<Option<f64>> = (0..12).map(|seed| told(&truth, 2, seed)).collect();
+    assert!(of_right.contains(&None), "{of_right:?}");
+    assert!(of_right.iter().flatten().all(|error| *error > 0.0));
+}

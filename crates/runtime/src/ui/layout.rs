@@ -634,15 +634,18 @@ fn ground_truth(viewer: &Viewer) -> Option<(String, String)> {
         Err(error) => ("no ground truth".to_owned(), error.to_string()),
         Ok(truth) if truth.samples == 0 => ("ground truth: starting".to_owned(), help.to_owned()),
         Ok(truth) => {
-            let [error, of_fast] =
-                [truth.relative_error, truth.relative_error_of_fast].map(|error| 100.0 * error);
+            let error = 100.0 * truth.relative_error;
+            let of_fast = match truth.relative_error_of_fast {
+                Some(error) => format!("; of the fast picture {:.1} %", 100.0 * error),
+                None => String::new(),
+            };
             let verb = if truth.is_done { "done" } else { "tracing" };
             (
                 format!(
                     "ground truth: {verb}, {}, expected error {error:.1} %",
                     counted(truth.samples, "sample", "samples")
                 ),
-                format!("{help}; of the fast picture {of_fast:.1} %"),
+                format!("{help}{of_fast}"),
             )
         }
     })

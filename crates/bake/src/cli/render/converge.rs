@@ -118,14 +118,17 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
         document["converge"] = converge_report(&converged, seconds);
         return print_line(document);
     }
+    let of_fast = match converged.relative_error_of_fast {
+        Some(error) => format!(" ({:.1} % without samples)", 100.0 * error),
+        None => String::new(),
+    };
     print_line(format_args!(
-        "{}: {}x{}, {}, expected error {:.2} % ({:.1} % without samples), {seconds:.1} s, {} bytes",
+        "{}: {}x{}, {}, expected error {:.2} %{of_fast}, {seconds:.1} s, {} bytes",
         args.output.display(),
         size[0],
         size[1],
         counted(converged.samples, "sample", "samples"),
         100.0 * converged.relative_error,
-        100.0 * converged.relative_error_of_fast,
         bytes.len()
     ))
 }
