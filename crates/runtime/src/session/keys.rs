@@ -8,7 +8,7 @@ pub use strandlight_scene::keys::parse_value;
 use crate::error::SessionError;
 
 /// `scene` with `value` at `key`, a path like `hair.eta`, `lights.adjust.0.tint` or
-/// `camera.position.1`. `null` takes a key away: it has its default then.
+/// `camera.position.1`. `null` takes a key away, which has its default then, or an entry of a list.
 ///
 /// `hair.preset` gives the hair all that the preset says; one of the three ways to give a colour
 /// takes the place of the others.
