@@ -65,6 +65,18 @@ pub(super) fn all_sums(film: &Film, has_proxies: bool) -> Vec<Channel> {
     channels
 }
 
+/// Bytes that the channels of a pixel of `n_spans` sums take, those that show it among them.
+pub(super) fn bytes_of_channels(n_spans: usize, has_proxies: bool) -> u64 {
+    // Single, global, local, total, variance and all of it, of three each; alpha and coverage.
+    let n_shown = if has_proxies { 24 } else { 20 };
+    let n_counts = if has_proxies { 2 } else { 1 };
+    let n_exact = match n_spans {
+        1 => n_sums(has_proxies),
+        n => n * (2 * n_sums(has_proxies) + n_counts),
+    };
+    ((n_shown + n_exact) * size_of::<u32>()) as u64
+}
+
 /// Most channels that a film of `n_spans` sums a pixel is kept in.
 pub(super) fn most_channels(n_spans: usize) -> usize {
     n_spans * (2 * SUMS.len() + 2)

@@ -14,7 +14,7 @@
 use exr::meta::header::Header;
 use strandlight_images::catch_decoder_panic;
 use strandlight_images::exr_file::{self, Channel, floats};
-use strandlight_scene::provenance::{GROOM, LIGHTS, Provenance, SCENE, TABLES, TIME};
+use strandlight_scene::provenance::{GROOM, LIGHTS, PANORAMA, Provenance, SCENE, TABLES, TIME};
 
 use super::Method;
 use super::backdrop::Backdrop;
@@ -53,10 +53,11 @@ pub const MAP: &str = "strandlight/map";
 pub const OPTIONS: &str = "strandlight/options";
 
 /// What a refusal looks at, in this order, to say what differs; the scene holds all others.
-pub(super) const BLAMED: [(&str, &str); 7] = [
+pub(super) const BLAMED: [(&str, &str); 8] = [
     (GROOM, "groom is"),
     (LIGHTS, "light set is"),
     (MAP, "map is"),
+    (PANORAMA, "panorama is"),
     (TABLES, "tables are"),
     (OPTIONS, "options are"),
     (TIME, "time is"),

@@ -101,7 +101,7 @@ pub use path::{Estimator, MAX_EVENTS, PathTracer, ROULETTE_FROM, Traced};
 pub use ray_shoot::{Densities, RayShoot};
 #[cfg(feature = "files")]
 #[doc(hidden)]
-pub use spans::samples_of_part;
+pub use spans::{samples_of_part, whole_samples};
 #[doc(hidden)]
 pub use surface::Surface;
 #[doc(hidden)]

@@ -52,6 +52,19 @@ pub(super) fn push<T>(
     sums.push((span, sum));
 }
 
+/// The least number of samples from `n` on of which one sum is left.
+pub fn whole_samples(n: u32) -> u32 {
+    if n <= block(0) {
+        return n.next_power_of_two();
+    }
+    // Blocks before the one that sample `n - 1` lies in are whole.
+    let mut end = 0;
+    while end < n {
+        end += block(end);
+    }
+    end
+}
+
 /// The spans whose sums are left of these samples.
 pub(super) fn spans_of(samples: Range<u32>) -> Vec<Span> {
     let mut spans = Vec::new();
@@ -105,6 +118,22 @@ mod tests {
 
     fn added_at_once(n: u32) -> Vec<(Span, String)> {
         added(std::slice::from_ref(&(0..n)))
+    }
+
+    #[test]
+    fn whole_blocks_have_one_sum() {
+        for (n, whole) in [
+            (1, 1),
+            (3, 4),
+            (63, 64),
+            (64, 64),
+            (65, 128),
+            (1025, 1152),
+            (2049, 2304),
+        ] {
+            assert_eq!(whole_samples(n), whole, "{n}");
+            assert_eq!(spans_of(0..whole).len(), 1, "{whole}");
+        }
     }
 
     #[test]

@@ -35,6 +35,8 @@ pub const GROOM: &str = "strandlight/groom";
 pub const LIGHTS: &str = "strandlight/lights";
 /// Hash of the tables' file.
 pub const TABLES: &str = "strandlight/tables";
+/// Hash of the panorama's file, where it is the background.
+pub const PANORAMA: &str = "strandlight/panorama";
 /// Seconds since the start of the motion.
 pub const TIME: &str = "strandlight/time";
 

@@ -11,6 +11,7 @@ use strandlight_formats::{
 use strandlight_images::Map;
 use strandlight_reference::compare::{Layer, compare};
 use strandlight_scene::paint::{Paint, PaintedPoint};
+use strandlight_tests::panoramas::striped;
 use strandlight_tests::scenes::{curtain, key_and_sky, write_scene, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, strandlight};
 
@@ -125,6 +126,50 @@ fn flags_that_a_method_ignores_are_told() {
         let told = format!("{flag} has no effect with --method");
         assert!(stderr.contains(&told), "{args}: {stderr}");
     }
+    let args = "a.toml --method path --samples 1 -o a.exr --set render.scattering=local";
+    let output = reference(folder.path(), args).output().expect("it starts");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        stderr.contains("render.scattering has no effect"),
+        "{stderr}"
+    );
+}
+
+#[test]
+fn energy_safe_hair_has_its_intensities_and_modes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let single = |name: &str, keys: &[&str]| -> f64 {
+        let mut command = reference(
+            at,
+            &format!("a.toml --method path --samples 16 --energy-safe -o {name}.exr"),
+        );
+        for key in keys {
+            command.args(["--set", key]);
+        }
+        assert_done(&mut command);
+        let layer = Layer::read(&at.join(format!("{name}.exr")), Some("single")).expect("a layer");
+        layer.rgb.iter().flatten().map(|&x| f64::from(x)).sum()
+    };
+    let whole = single("whole", &[]);
+    let dim = [
+        "hair.intensity_r=0.2",
+        "hair.intensity_tt=0.2",
+        "hair.intensity_trt=0.2",
+    ];
+    let dim = single("dim", &dim);
+    assert!((dim / whole - 0.2).abs() < 0.02, "{dim} {whole}");
+    let modes = [r#"["R"]"#, r#"["TT"]"#, r#"["TRT"]"#];
+    let modes = modes.map(|mode| single("mode", &[&format!("hair.modes={mode}")]));
+    let sum: f64 = modes.iter().sum();
+    assert!((sum / whole - 1.0).abs() < 0.1, "{modes:?} {whole}");
+    let mut command = reference(
+        at,
+        "a.toml --method path --samples 1 --energy-safe -o v.exr",
+    );
+    command.args(["--set", "variation.roughness_strand=0.3"]);
+    assert_refused(&mut command, &["a.toml", "variation.roughness_strand"]);
 }
 
 #[test]
@@ -225,6 +270,22 @@ fn what_differs_from_the_picture_to_resume_is_named() {
             &needles,
         );
     }
+    // Of a panorama the file's name says nothing.
+    let behind = "--set render.background=panorama --set lights.panorama=a.panorama";
+    let args = format!("a.toml {common} {behind} -o behind.exr").replace("-o a.exr ", "");
+    let panorama = |width| {
+        let panorama = striped(width).write(&folder.join("a.panorama"));
+        panorama.expect("written");
+    };
+    panorama(64);
+    assert_done(&mut reference(folder, &args));
+    assert_done(&mut reference(folder, &format!("{args} --resume")));
+    panorama(32);
+    let needles = ["behind.exr", "its panorama is"];
+    assert_refused(
+        &mut reference(folder, &format!("{args} --resume")),
+        &needles,
+    );
     let mut command = strandlight();
     let other_size = format!("reference a.toml {common} --resume --size 25x16");
     command.current_dir(folder).args(other_size.split(' '));

@@ -2,32 +2,33 @@
 
 mod merge;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::ValueEnum;
 use serde_json::{Value, json};
-use strandlight_formats::{Scene, SrbfLight, content_hash, counted};
+use strandlight_formats::{Scattering, Scene, SrbfLight, content_hash, counted};
 use strandlight_images::Map;
 use strandlight_reference::environment::{LightSampler, MapSampler};
 use strandlight_reference::rays::Rays;
 use strandlight_reference::{
     Averages, Backdrop, Densities, Directional, Environment, FibreTables, Film, Integrator,
     MAX_TRUTH_SAMPLES, MeshRays, Method, Painted, PathTracer, RayShoot, ReferenceFile,
-    ReferencePart, samples_of_part,
+    ReferencePart, samples_of_part, whole_samples,
 };
 use strandlight_runtime::options::{parse_key, parse_size, parse_time};
-use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::PaintTexel;
 use strandlight_scattering::dual_scattering::{
     AverageTable, DEFAULT_AVERAGE_LAYERS, DEFAULT_SCALES, PaintedAverageTable,
 };
 use strandlight_scattering::exact::Bcsdf;
-use strandlight_scene::PreparedScene;
+use strandlight_scattering::{HairParams, Lobe};
 use strandlight_scene::budget::check_target;
 use strandlight_scene::files::Files;
 use strandlight_scene::paint::{PaintKinds, PaintedPoint};
-use strandlight_scene::provenance::Recorder;
+use strandlight_scene::provenance::{PANORAMA, Recorder};
+use strandlight_scene::{PreparedScene, RenderError, memory};
 
 use super::{
     Failure, Outcome, check_extension, check_not_of_scene, check_outputs, is_stream, note,
@@ -166,9 +167,56 @@ impl TraceArgs {
     }
 }
 
-/// Why there is no energy-safe picture of some painted hair.
-const ENERGY_SAFE: &str = "--energy-safe: the groom is painted with widths or shifts, whose fibres \
-                           differ in what they lose; leave it out";
+/// Why there is no energy-safe picture of `scene`, if its hair has paint of such kinds: what is painted, or what
+/// varies, by which fibres differ in what they lose.
+fn energy_safe_fault(scene: &Scene, kinds: PaintKinds) -> Option<String> {
+    let what = match kinds {
+        _ if scene.variation.varies_widths() => {
+            "widths vary (variation.roughness_strand, variation.roughness_lock)"
+        }
+        PaintKinds { widths: true, .. } | PaintKinds { shifts: true, .. } => {
+            "the groom is painted with widths or shifts"
+        }
+        _ => return None,
+    };
+    let text =
+        format!("--energy-safe: {what}, whose fibres differ in what they lose; leave it out");
+    Some(text)
+}
+
+/// What an energy-safe fibre of `hair` is measured by: it loses nothing by absorption, and no light is left out.
+fn white_of(hair: &HairParams) -> HairParams {
+    HairParams {
+        sigma_a: [0.0; 3],
+        intensity: HairParams::default().intensity,
+        ..*hair
+    }
+}
+
+/// Refuses sums of samples that would not fit in the memory there is, and names a number that takes less.
+fn check_memory(
+    size: [u32; 2],
+    samples: Range<u32>,
+    has_proxies: bool,
+    available: Option<u64>,
+) -> Result<(), RenderError> {
+    let bytes = Film::peak_bytes(size, samples.clone(), has_proxies);
+    let Some(limit) = available.filter(|&available| bytes > available) else {
+        return Ok(());
+    };
+    let n = samples.end;
+    let whole = whole_samples(n);
+    let instead = match samples.start {
+        0 if whole != n => format!("; {whole} samples take less"),
+        _ => String::new(),
+    };
+    let n = counted(n - samples.start, "sample", "samples");
+    Err(RenderError::TooLarge {
+        what: format!("{}x{} pixels of {n}{instead}", size[0], size[1]),
+        bytes,
+        limit,
+    })
+}
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
@@ -194,18 +242,23 @@ fn trace(args: &TraceArgs) -> Outcome {
         .map(PathBuf::as_path)
         .collect();
     check_outputs(&inputs, &[&args.output])?;
-    let scene = scene_with(&args.scene, &args.set)?;
+    let mut scene = scene_with(&args.scene, &args.set)?;
     check_not_of_scene(&scene, &[&args.output])?;
+    if scene.render.scattering != Scattering::Total {
+        note!(
+            "render.scattering has no effect: the picture has all light, the layers have its parts"
+        );
+    }
     let size = args.size.unwrap_or(scene.render.size);
     check_target(size).map_err(|error| Failure::file(&args.scene, error))?;
+    scene.render.size = size;
     let prepared = PreparedScene::load_at(&scene, args.time)
         .map_err(|error| Failure::input(error.in_file(&args.scene)))?;
-    let kinds = prepared.paint().map(PaintKinds::of);
-    if args.energy_safe
-        && method == Method::Path
-        && kinds.is_some_and(|kinds| kinds.widths || kinds.shifts)
-    {
-        return Err(Failure::file(&args.scene, ENERGY_SAFE));
+    if args.energy_safe && method == Method::Path {
+        let kinds = prepared.paint().map(PaintKinds::of);
+        if let Some(fault) = energy_safe_fault(&scene, kinds.unwrap_or_default()) {
+            return Err(Failure::file(&args.scene, fault));
+        }
     }
     let (environment, from_map) = environment(args, &scene, &prepared)?;
     let n_lights = args.lights.unwrap_or(match method {
@@ -217,21 +270,31 @@ fn trace(args: &TraceArgs) -> Outcome {
         forward: args.density_forward.unwrap_or(forward),
         back: args.density_back.unwrap_or(back),
     };
+    let hair = &prepared.hair;
+    let white = white_of(hair.hair());
     let options = match method {
+        // Where the white fibre was another before, what was begun is not gone on with.
+        Method::Path
+            if args.energy_safe
+                && (hair.modes() != Lobe::ALL || hair.hair().intensity != white.intensity) =>
+        {
+            "true, by all modes".to_owned()
+        }
         Method::Path => format!("{}", args.energy_safe),
         Method::Directional => format!("{n_lights}"),
         Method::RayShoot => format!("{n_lights} {densities:?}"),
     };
-    let inputs = hash_of(&prepared, &format!("{options} {from_map}"));
-    let mut drawn = scene.clone();
-    drawn.render.size = size;
-    let provenance = Recorder::new(&Files::Disk).record(&drawn, args.time);
+    let provenance = Recorder::new(&Files::Disk).record(&scene, args.time);
     let mut provenance = provenance
         .map_err(|error| Failure::input(error.in_file(&args.scene)))?
         .with("options", &options);
     if let Some(hash) = from_map.split(' ').next().filter(|hash| !hash.is_empty()) {
         provenance = provenance.with("map", hash);
     }
+    // Of scenes without a panorama the text is as it always was.
+    let behind = provenance.get(PANORAMA);
+    let behind = behind.map_or(String::new(), |hash| format!(" {hash}"));
+    let inputs = hash_of(&prepared, &format!("{options} {from_map}{behind}"));
     let samples = match args.shard {
         Some(shard) => samples_of_part(shard.index(), shard.count(), args.samples),
         None => 0..args.samples,
@@ -246,19 +309,23 @@ fn trace(args: &TraceArgs) -> Outcome {
     if args.resume {
         resume(args, &mut file)?;
     }
+    let n_samples = samples.end - samples.start;
+    let first = samples.start;
+    let whole = first..first + file.film.n_samples() + n_samples;
+    check_memory(
+        size,
+        whole,
+        !prepared.proxies.is_empty(),
+        memory::available_bytes(),
+    )
+    .map_err(|error| Failure::file(&args.scene, error))?;
 
-    let hair = &prepared.hair;
     let failed = |error| Failure::file(&args.scene, error);
     let tables = FibreTables::new(&prepared).map_err(failed)?;
     let fibres = tables.fibres();
     let averages = AverageTables::new(&prepared, method);
-    let white = args.energy_safe.then(|| {
-        let white = HairParams {
-            sigma_a: [0.0; 3],
-            ..*hair.hair()
-        };
-        Bcsdf::new(&white, hair.fresnel(), hair.modes())
-    });
+    let is_safe = args.energy_safe && method == Method::Path;
+    let white = is_safe.then(|| Bcsdf::new(&white, hair.fresnel(), &Lobe::ALL));
     let white = white.transpose().map_err(failed)?;
     let strands = &prepared.strands;
     let rays = Rays::new(strands);
@@ -295,7 +362,6 @@ fn trace(args: &TraceArgs) -> Outcome {
     const STEPS: u64 = 1000;
     let progress = progress(method.name(), STEPS);
     let observer = |done: f64| progress.reach((done * STEPS as f64) as u64);
-    let n_samples = samples.end - samples.start;
     file.film
         .expose(&prepared, &*integrator, n_samples, args.seed, &observer);
     progress.finish();
@@ -487,4 +553,31 @@ fn resume(args: &TraceArgs, file: &mut ReferenceFile) -> Outcome {
         return Err(Failure::file(path, text));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_that_do_not_fit_are_refused() {
+        let size = [3840, 2160];
+        let check = |samples, free| check_memory(size, samples, false, free);
+        for samples in [0..63, 0..64] {
+            assert!(check(samples, None).is_ok());
+        }
+        // The whole block has one sum a pixel, all numbers but powers of two before it have more.
+        let free = Some(4 << 30);
+        assert!(check(0..64, free).is_ok());
+        for (samples, said) in [
+            (
+                0..63,
+                "3840x2160 pixels of 63 samples; 64 samples take less: ",
+            ),
+            (64..127, "3840x2160 pixels of 63 samples: "),
+        ] {
+            let error = check(samples, free).expect_err(said).to_string();
+            assert!(error.starts_with(said), "{error}");
+        }
+    }
 }
