@@ -38,7 +38,7 @@ pub const WIND: Section<WindSection> = Section {
     params: &[
         Param::number("speed", "Wind speed", [0.0, 30.0], at!(WindSection.speed))
             .unit("m/s")
-            .help("3 is a breeze; hanging hair leans by 45 degrees at about 6."),
+            .help("3 is a breeze, in which hanging hair leans by 13 degrees; by 34 at 6, and by 44 at most."),
         Param::number("gust", "Gusts", [0.0, 1.0], at!(WindSection.gust))
             .help("Strength of the variation of the wind speed."),
         Param::number(

@@ -127,8 +127,9 @@ impl Hosted {
                 section.extend(keys);
             }
             let section: CameraSection = serde_json::from_value(section).map_err(refused)?;
-            let strands = &workspace.viewer.prepared().strands;
-            let view = camera(Some(&section), strands.centre, strands.radius);
+            let scene = workspace.viewer.prepared();
+            let strands = &scene.strands;
+            let view = camera(Some(&section), scene.size, strands.centre, strands.radius);
             workspace.look_at_once(view)
         })
     }

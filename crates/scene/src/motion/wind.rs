@@ -227,3 +227,38 @@ pub fn strands_at(
 ) -> Result<Strands, SceneError> {
     bent_strands(&Wind::at(section, rest, seconds), rest)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the help of `motion.wind.speed` says.
+    #[test]
+    fn hanging_hair_leans_as_it_is_said() {
+        let lean = |speed: f32| {
+            let octave = Octave {
+                fraction: [0.0; 3],
+                cells_per_cm: 1.0,
+                cells: [0; 3],
+                seed: 0,
+            };
+            let wind = Wind {
+                direction: [1.0, 0.0, 0.0],
+                speed,
+                octaves: [octave; 2],
+                gust: 0.0,
+                stiffness: 0.1,
+                n_strands: 1,
+                pad: 0,
+            };
+            let strand: Vec<[f32; 4]> = (0..40).map(|ix| [0.0, -(ix as f32), 0.0, 0.01]).collect();
+            let mut points = Vec::new();
+            deform(&wind, &strand, |point| {
+                points.push(Vec3::from_slice(&point))
+            });
+            let tip = points[39] - points[38];
+            (tip.x / -tip.y).atan().to_degrees().round()
+        };
+        assert_eq!([3.0, 6.0, 30.0].map(lean), [13.0, 34.0, 44.0]);
+    }
+}
