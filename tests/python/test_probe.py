@@ -65,6 +65,22 @@ def test_values_are_the_commands(strandlight, quantity, keys, method):
     assert np.isfinite(found).all() and found.any()
 
 
+@pytest.mark.parametrize(("quantity", "keys"), QUERIES)
+def test_no_queries_have_answers_of_the_same_kind(quantity, keys):
+    some = sl.probe(quantity, **keys)
+
+    def emptied(value):
+        if isinstance(value, dict):
+            return {key: emptied(below) for key, below in value.items()}
+        if isinstance(value, np.ndarray):
+            return value[:0]
+        return value
+
+    none = sl.probe(quantity, **emptied(keys))
+    n_queries = np.ndim(some) - (some.shape[-1:] == (3,))
+    assert none.shape[n_queries:] == some.shape[n_queries:] and none.size == 0
+
+
 def test_scalars_are_answered_by_scalars():
     assert sl.probe("table_C", k=2, lambda_=0.2, phi=1.0).shape == ()
     assert sl.probe("table_C", k=2, phi=1.0, **{"lambda": 0.2}) == sl.probe("table_C", k=2, lambda_=0.2, phi=1.0)

@@ -57,6 +57,31 @@ def test_a_dict_and_objects_are_the_file(folder, tmp_path, monkeypatch):
         assert np.array_equal(picture, wanted)
 
 
+def test_frames_that_are_not_needed_are_not_read(folder, tmp_path):
+    groom, lights = sl.Groom.open(folder / "bob.groom"), sl.LightSet.open(folder / "sky.lights")
+    for ix in (1, 2):
+        groom.save(tmp_path / f"pose.{ix:04}.groom")
+    lights.save(tmp_path / "sky.lights")
+    frames = 'frames = { files = "pose.%04d.groom", first = 1, last = 50 }'
+    text = (folder / "scene.toml").read_text().replace("bob.groom", "pose.0001.groom")
+    (tmp_path / "seq.toml").write_text(f"{text}\n[motion]\n{frames}\n")
+    wanted = sl.render(tmp_path / "seq.toml", time=0.01)
+    assert np.array_equal(sl.render(tmp_path / "seq.toml", time=0.01, lights=lights), wanted)
+    keys = {"camera.fov_deg": 30}
+    assert sl.render(tmp_path / "seq.toml", time=0.01, groom=groom, set=keys).shape == wanted.shape
+
+
+def test_what_is_computed_may_be_written_to(folder):
+    picture = sl.render(folder / "scene.toml", width=16, height=8)
+    before = picture.copy()
+    picture *= 2
+    assert np.array_equal(picture, 2 * before)
+    lights = sl.LightSet.open(folder / "sky.lights")
+    values = sl.probe("table_C", k=[0, 1], lambda_=0.2, phi=1.0)
+    for array in (picture, picture.srgb8(), lights.map(4), lights.evaluate([[0, 1, 0]]), values):
+        assert array.flags.writeable
+
+
 def test_proxies_of_a_dict(folder):
     scene = {"proxy": [{"kind": "ellipsoid", "centre": [0, 0, 0], "radii": [7, 11, 9]}], "render": {"size": [64, 48]}}
     groom, lights = sl.Groom.open(folder / "bob.groom"), sl.LightSet.open(folder / "sky.lights")

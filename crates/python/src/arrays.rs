@@ -1,4 +1,4 @@
-//! Arrays that Python may look at and not change.
+//! Arrays: what Python may look at and not change, and what was computed for it alone.
 
 use numpy::ndarray::Dimension;
 use numpy::{Element, IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods, PyReadonlyArray};
@@ -25,6 +25,15 @@ pub fn shaped<'py, T: Element>(
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
     frozen(py, data)?.reshape(shape.to_vec())
+}
+
+/// `data`, made for whoever asked and no one else, as an array of this shape that may be written to.
+pub fn fresh<'py, T: Element>(
+    py: Python<'py>,
+    data: Vec<T>,
+    shape: &[usize],
+) -> PyResult<Bound<'py, PyArrayDyn<T>>> {
+    data.into_pyarray(py).reshape(shape.to_vec())
 }
 
 /// All values of an array, which the package has made contiguous.

@@ -14,7 +14,7 @@ use strandlight_bake::lights::{
 use strandlight_formats::{BakedFile, LightSet as Lights, LightSetInfo, SrbfLight};
 use strandlight_images::{LatLong, Map, MapSelection};
 
-use crate::arrays::{rows, shaped, values};
+use crate::arrays::{fresh, rows, shaped, values};
 use crate::fault::{Fault, Outcome};
 use crate::work;
 
@@ -239,7 +239,7 @@ impl LightSet {
             let rows = rows.par_iter().enumerate().map(of);
             rows.collect::<Outcome<Vec<[f64; 3]>>>()
         })?;
-        shaped(py, answer.into_flattened(), &[n, 3])
+        fresh(py, answer.into_flattened(), &[n, 3])
     }
 
     /// The environment as a map `(height, width, 3)` of means over texels.
@@ -257,7 +257,7 @@ impl LightSet {
             }
             Ok(texel_means(&self.0.lights, grid).into_flattened())
         })?;
-        shaped(py, pixels, &[height, width, 3])
+        fresh(py, pixels, &[height, width, 3])
     }
 
     /// A PNG of the lights; with a map as for `fit_lights`, of the fit.

@@ -11,7 +11,7 @@ use strandlight_images::picture::exr_file;
 use strandlight_scene::lut::Lut;
 use strandlight_scene::{DisplayTransform, Picture};
 
-use crate::arrays::{shaped, values};
+use crate::arrays::{fresh, values};
 use crate::fault::{Fault, Outcome};
 
 fn picture(pixels: &PyReadonlyArray3<'_, f32>) -> Outcome<Picture> {
@@ -75,7 +75,7 @@ pub fn to_srgb8<'py>(
     let (picture, display) = make().map_err(|fault: Fault| fault.raise(py))?;
     let shape = [picture.height as usize, picture.width as usize, 4];
     let bytes = py.detach(|| picture.to_srgb8(exposure, &display));
-    shaped(py, bytes.into_flattened(), &shape)
+    fresh(py, bytes.into_flattened(), &shape)
 }
 
 /// The bytes of a PNG file or, with `linear`, of an OpenEXR file.

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use strandlight_bake::probe::{Evaluator, Method, Request};
 use strandlight_scattering::closed_form::paper::MAX_SEGMENTS;
 
-use crate::arrays::{shaped, values};
+use crate::arrays::{fresh, values};
 use crate::fault::{Fault, Outcome};
 use crate::tables::Tables;
 use crate::work;
@@ -144,8 +144,15 @@ pub fn probe<'py>(
         }
         Ok(answers)
     })?;
-    let width = answers.len().checked_div(n).unwrap_or(1);
-    shaped(py, answers, &[n, width])
+    let width = answers.len().checked_div(n);
+    let width = width.unwrap_or_else(|| width_of(&query));
+    fresh(py, answers, &[n, width])
+}
+
+/// How many numbers answer each query, where there is none to tell: one of what no absorption enters.
+fn width_of(query: &Value) -> usize {
+    let is_number = matches!(query["q"].as_str(), Some("table_C" | "table_H"));
+    if is_number || query["mode"] == "R" { 1 } else { 3 }
 }
 
 /// What is wrong with query `ix` of `n`.

@@ -1,6 +1,6 @@
 //! Scenes to pictures, on the CPU.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
@@ -10,11 +10,11 @@ use strandlight_cpu::CpuRenderer;
 use strandlight_formats::{BakedFile, CameraSection, Error, Groom, LightSet, Scene};
 use strandlight_scene::assets::{Assets, ModesToRead};
 use strandlight_scene::budget::{MAX_SECONDS, check_frame};
-use strandlight_scene::files::{Files, MAX_GROOM_BYTES};
+use strandlight_scene::files::Files;
 use strandlight_scene::keys::{camera_section, with_values};
 use strandlight_scene::{Backend, PreparedScene};
 
-use crate::arrays::shaped;
+use crate::arrays::fresh;
 use crate::fault::{Fault, Outcome};
 use crate::groom;
 use crate::lights;
@@ -93,36 +93,16 @@ fn without_place(error: Error) -> Fault {
     }
 }
 
-/// The files of `scene`: those of the disk, or all in memory where some are not on it.
+/// The files of `scene`: those of the disk, and over them what is given in their place.
 fn files(scene: &Scene, groom: Option<&Groom>, lights: Option<&LightSet>) -> Outcome<Files> {
-    if groom.is_none() && lights.is_none() {
-        return Ok(Files::Disk);
+    let files = Files::over_disk();
+    if let Some(groom) = groom {
+        files.hold(&scene.groom_path(), groom.to_bytes()?);
     }
-    let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
-    match groom {
-        Some(groom) => files.push((scene.groom_path(), groom.to_bytes()?)),
-        None => files.push(of_disk(&scene.groom_path())?),
+    if let Some(lights) = lights {
+        files.hold(&scene.lights_path(), lights.to_bytes()?);
     }
-    match lights {
-        Some(lights) => files.push((scene.lights_path(), lights.to_bytes()?)),
-        None => files.push(of_disk(&scene.lights_path())?),
-    }
-    let meshes = scene.mesh_paths().into_iter().map(|(_, path)| path);
-    for path in scene
-        .tables_path()
-        .into_iter()
-        .chain(scene.lut_path())
-        .chain(scene.seen_panorama_path())
-        .chain(meshes)
-        .chain(scene.frame_paths())
-    {
-        files.push(of_disk(&path)?);
-    }
-    Ok(Files::in_memory(files))
-}
-
-fn of_disk(path: &Path) -> Outcome<(PathBuf, Vec<u8>)> {
-    Ok((path.to_owned(), Files::Disk.read(path, MAX_GROOM_BYTES)?))
+    Ok(files)
 }
 
 /// The scene at `path`, or in JSON; with `groom` and `lights` in place of its files. Answers the
@@ -204,7 +184,7 @@ pub fn render<'py>(
     let lut = lut.map(|path| std::path::absolute(&path).unwrap_or(path));
     shown.set_item("lut", lut)?;
     shown.set_item("lut_input", render.lut_input.name())?;
-    Ok((shaped(py, picture.rgba.into_flattened(), &shape)?, shown))
+    Ok((fresh(py, picture.rgba.into_flattened(), &shape)?, shown))
 }
 
 /// `scene` with `keys`, the view being that of the scene or else of all the hair.

@@ -92,7 +92,7 @@ def probe(
         progress,
     )
     # One number, or RGB.
-    return answer.reshape(shape) if answer.shape[1] == 1 else answer.reshape(*shape, -1)
+    return answer.reshape(shape) if answer.shape[1] == 1 else answer.reshape(*shape, answer.shape[1])
 
 
 def _taken(value: Any, path: tuple[str, ...], arrays: dict[tuple[str, ...], NDArray[Any]]) -> Any:
