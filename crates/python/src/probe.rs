@@ -152,7 +152,11 @@ pub fn probe<'py>(
 /// How many numbers answer each query, where there is none to tell: one of what no absorption enters.
 fn width_of(query: &Value) -> usize {
     let is_number = matches!(query["q"].as_str(), Some("table_C" | "table_H"));
-    if is_number || query["mode"] == "R" { 1 } else { 3 }
+    if is_number || query["mode"] == "R" {
+        1
+    } else {
+        3
+    }
 }
 
 /// What is wrong with query `ix` of `n`.

@@ -11,6 +11,8 @@
 //! content), and those of [`strandlight_scene::provenance`]. Files of 0.1.0 have neither checksum nor
 //! `bits` and call these `strandlightMethod` and so on; they are gone on with as well.
 
+use std::ops::Range;
+
 use exr::meta::header::Header;
 use strandlight_images::catch_decoder_panic;
 use strandlight_images::exr_file::{self, Channel, floats};
@@ -21,9 +23,10 @@ use super::backdrop::Backdrop;
 use super::decode::{
     CHECKSUM, SAMPLES, checksum, film_of, header_of, need, number_of, size_of, text_of,
 };
-use super::exact::{all_sums, bits};
+use super::exact::{all_sums, bits, bytes_of_channels};
 use super::file_error::FileError;
 use super::film::{Film, Pixel};
+use super::spans::spans_of;
 use super::stored::Stored;
 
 /// A reference picture, and what it is of.
@@ -73,6 +76,16 @@ const LAYERS: [LayerOf; 3] = [
 ];
 
 impl ReferenceFile {
+    /// Most bytes that a picture of `samples` takes, until it is encoded, beside the scene, which `has_proxies` or
+    /// not. Numbers of samples of which more than one sum is left take several times as many.
+    pub fn peak_bytes(size: [u32; 2], samples: Range<u32>, has_proxies: bool) -> u64 {
+        let n_pixels = size.map(u64::from).iter().product::<u64>();
+        let spans = spans_of(samples);
+        // As much again while the channels are encoded.
+        let channels = 2 * bytes_of_channels(spans.len(), has_proxies);
+        n_pixels * (std::mem::size_of::<Pixel>() as u64 * spans.len() as u64 + channels)
+    }
+
     /// The file's bytes, over `backdrop`.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! Sums of what camera rays see.
 
-use std::ops::{Add, Range};
+use std::ops::Add;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
@@ -9,7 +9,6 @@ use strandlight_scene::camera::view_uniform;
 
 use super::camera::{MAX_TRUTH_SAMPLES, N_IN_SQUARE, camera_ray, square_by_square};
 use super::compare::Layer;
-use super::exact::bytes_of_channels;
 use super::integrator::{Integrator, Layers};
 use super::spans::{Span, push, spans_of};
 use strandlight_scattering::random::SplitMix64;
@@ -58,16 +57,6 @@ impl Film {
             spans: Vec::new(),
             sums: Vec::new(),
         }
-    }
-
-    /// Most bytes that a picture of `samples` takes, until it is encoded, beside the scene; which `has_proxies` or
-    /// not. Numbers of samples of which more than one sum is left take several times as many.
-    pub fn peak_bytes(size: [u32; 2], samples: Range<u32>, has_proxies: bool) -> u64 {
-        let n_pixels = size.map(u64::from).iter().product::<u64>();
-        let spans = spans_of(samples);
-        // As much again while the channels are encoded.
-        let channels = 2 * bytes_of_channels(spans.len(), has_proxies);
-        n_pixels * (size_of::<Pixel>() as u64 * spans.len() as u64 + channels)
     }
 
     /// Width and height in pixels.

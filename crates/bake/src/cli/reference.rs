@@ -200,7 +200,7 @@ fn check_memory(
     has_proxies: bool,
     available: Option<u64>,
 ) -> Result<(), RenderError> {
-    let bytes = Film::peak_bytes(size, samples.clone(), has_proxies);
+    let bytes = ReferenceFile::peak_bytes(size, samples.clone(), has_proxies);
     let Some(limit) = available.filter(|&available| bytes > available) else {
         return Ok(());
     };
