@@ -72,7 +72,7 @@ fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
         // The file is as long as the shape says.
         let first = strand * n_points as usize;
         let points = (first..first + n_points as usize)
-            .map(|point| [0, 1, 2].map(|axis| array.value(3 * point + axis)));
+            .map(|point| [0, 1, 2].map(|axis| array.value(3 * point + axis) as f32));
         list.push(strand, points)?;
     }
     let mut notes = Vec::new();

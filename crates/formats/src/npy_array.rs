@@ -47,7 +47,7 @@ impl<'a> NpyArray<'a> {
     }
 
     /// Number `ix` of the array. Panics beyond its end.
-    pub fn value(&self, ix: usize) -> f32 {
+    pub fn value(&self, ix: usize) -> f64 {
         self.kind.value(&self.bytes[ix * self.kind.n_bytes()..])
     }
 }
@@ -78,13 +78,13 @@ impl Float {
     }
 
     /// The number at the start of `bytes`.
-    fn value(self, bytes: &[u8]) -> f32 {
+    fn value(self, bytes: &[u8]) -> f64 {
         match self {
-            Float::Half => half(u16::from_le_bytes([bytes[0], bytes[1]])),
-            Float::Single => f32::from_bits(u32_at(bytes, 0)),
+            Float::Half => f64::from(half(u16::from_le_bytes([bytes[0], bytes[1]]))),
+            Float::Single => f64::from(f32::from_bits(u32_at(bytes, 0))),
             Float::Double => {
                 let [low, high] = [0, 4].map(|at| u64::from(u32_at(bytes, at)));
-                f64::from_bits(high << 32 | low) as f32
+                f64::from_bits(high << 32 | low)
             }
         }
     }

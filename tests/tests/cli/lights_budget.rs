@@ -252,8 +252,8 @@ fn hair_is_judged_by_its_own_fibres() {
     let at = folder.path();
     let scene =
         "version = 1\n[groom]\nfile = 'a.groom'\n[lights]\nfile = 'a.lights'\n[hair]\nwidth_deg = ";
-    let error_of = |name: &str, widths: &str| {
-        fs::write(at.join(name), format!("{scene}{widths}\n")).expect("writable");
+    let error_of = |name: &str, hair: &str| {
+        fs::write(at.join(name), format!("{scene}{hair}\n")).expect("writable");
         let line = format!("lights sun.exr -o a.lights --count 4 --hair {name} --json");
         let document = json(&done(at, &line).stdout);
         assert_eq!(document["hair"]["name"], name);
@@ -267,6 +267,13 @@ fn hair_is_judged_by_its_own_fibres() {
     let (rough, same) = error_of("rough.toml", "{ r = 14.0, tt = 7.0, trt = 28.0 }");
     assert_eq!(plain, same, "the default hair's error stays");
     assert!(smooth > rough, "{smooth} {rough}");
+    // Modes that are not drawn scatter nothing.
+    let widths = "{ r = 3.0, tt = 1.5, trt = 6.0 }";
+    let of = |name, more: &str| error_of(name, &format!("{widths}\n{more}")).0;
+    let shiny = of("r.toml", "modes = ['R']");
+    let dark = of("zero.toml", "intensity_tt = 0.0\nintensity_trt = 0.0");
+    assert_eq!(shiny, dark);
+    assert!((shiny / smooth - 1.0).abs() > 0.1, "{shiny} {smooth}");
 }
 
 #[test]
@@ -315,8 +322,22 @@ fn suns_and_residual_are_the_map() {
     );
     let output = run(at, "verify sun.lights --map sun.exr --residual soft.exr");
     assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let stderr = |output: &Output| String::from_utf8_lossy(&output.stderr).into_owned();
     let output = run(at, "verify sun.lights --map sun.exr --residual none.exr");
     assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(!stderr(&output).contains("name the rest"), "{output:?}");
+
+    // A set that went out and came back is judged as before. An array has no place for what it is.
+    done(at, "export sun.lights -o sun.json");
+    done(at, "lights import sun.json -o again.lights");
+    let line = "verify again.lights --map sun.exr --residual rest.exr";
+    assert!(!stderr(&done(at, line)).contains("no effect"));
+    let output = done(at, "export again.lights -o rig.usda");
+    assert!(stderr(&output).contains("--residual adds the rest"));
+    done(at, "export sun.lights -o sun.npy");
+    done(at, "lights import sun.npy -o plain.lights");
+    let line = "verify plain.lights --map sun.exr --residual rest.exr";
+    assert!(stderr(&run(at, line)).contains("plain.lights: --residual has no effect"));
 
     // No sun: nothing to write.
     let output = run(

@@ -451,6 +451,15 @@ fn exported_lights_come_back() {
     done("lights import own.json -o own.lights");
     let own = lights("own.lights")[0];
     assert_eq!((own.direction, own.lambda), ([0.0, 1.0, 0.0], 0.5));
+    // Both widths, each rounded.
+    fs::write(
+        at.join("own.json"),
+        r#"{"lights": [{"direction": [0, 1, 0], "lambda": 0.30001, "sharpness": 22.222, "rgb": [1, 2, 3]}],
+            "parameters": ["of another program"]}"#,
+    )
+    .expect("written");
+    done("lights import own.json -o own.lights");
+    assert_eq!(lights("own.lights")[0].lambda, 0.30001);
 }
 
 #[test]
@@ -501,6 +510,21 @@ fn lights_that_are_none_are_refused() {
         ),
         (light(r#""direction": [0, 1, 0], "lambda": 100"#), "lambda"),
         (light(r#""direction": [0, 1], "lambda": 1"#), "line 1"),
+        (
+            light(r#""direction": [0, 1, 0], "lambda": 0.5, "sharpness": 9"#),
+            "light 0: its lambda 0.5 and its sharpness 9 disagree",
+        ),
+        (
+            light(r#""direction": [0, 1, 0], "lambda": 1e39"#),
+            "light 0: its lambda is 1e39",
+        ),
+        // Lights are named by the order of the file: that of energy is another.
+        (
+            r#"{"lights": [{"direction": [0, 1, 0], "lambda": 1, "rgb": [1, 1, 1]},
+                {"direction": [0, 1, 0], "lambda": 11, "rgb": [2, 2, 2]}]}"#
+                .to_owned(),
+            "lights[1].lambda is 11",
+        ),
         (r#"{"lights": []}"#.to_owned(), "number of lights is 0"),
         ("hello".to_owned(), "neither a NumPy array nor JSON"),
         ("\u{93}NUMPY".to_owned(), "neither a NumPy array nor JSON"),

@@ -21,7 +21,7 @@ use strandlight_images::Map;
 
 use super::{Failure, Outcome, note, parse_error, print_line};
 use line::Line;
-use reference::Reference;
+use reference::{Reference, Residual};
 
 /// Check baked files: tables against other methods, light sets against their map, grooms,
 /// meshes and panoramas against their own invariants
@@ -41,7 +41,7 @@ pub struct Args {
     residual: Option<PathBuf>,
     /// Largest accepted fibre error of a light set against its map: a fraction or percentage
     /// (0.5%). Sets of few lights need more
-    #[arg(long, value_name = "E", default_value = "2%", value_parser = parse_error)]
+    #[arg(long, value_name = "E", default_value = "2%", value_parser = parse_error, requires = "map")]
     max_error: f64,
     /// Print one JSON document
     #[arg(long)]
@@ -155,7 +155,10 @@ pub fn run(args: &Args) -> Outcome {
         }
     };
     let map = args.map.as_ref().and_then(|path| Some((path, read(path)?)));
-    let residual = args.residual.as_ref().and_then(&mut read);
+    let residual = match &args.residual {
+        None => Residual::NotNamed,
+        Some(path) => read(path).map_or(Residual::Unreadable, |map| Residual::Read(map.into())),
+    };
     let reference = map.map(|(path, map)| Reference {
         path,
         map,
@@ -168,6 +171,9 @@ pub fn run(args: &Args) -> Outcome {
             verdict.print()?;
         }
         verdicts.push(verdict);
+    }
+    if args.map.is_some() && !verdicts.iter().any(|it| it.kind == Some(Kind::Lights)) {
+        note!("--map has no effect: none of the files is a light set");
     }
     if args.json {
         let files: Vec<Value> = verdicts.iter().map(Verdict::json).collect();
@@ -195,7 +201,12 @@ fn verify(path: &Path, reference: Option<&Reference<'_>>) -> Verdict {
             let found = match kind {
                 Kind::Tables => verify_table_file(path),
                 Kind::Lights => LightSet::read(path)
-                    .map(|set| lights::checks(&set, reference))
+                    .map(|set| {
+                        if let Some(line) = lights::needless_residual(&set, reference) {
+                            note!("{}: {line}", path.display());
+                        }
+                        lights::checks(&set, reference)
+                    })
                     .map_err(Refused::from),
                 Kind::Groom => Groom::read(path)
                     .map(|groom| {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use strandlight_bake::lights::{MAX_FITTED_LIGHTS, MAX_SUNS, Metric};
 use strandlight_formats::{HairSection, MAX_PANORAMA_WIDTH, Scene, preset_names};
-use strandlight_scattering::HairParams;
+use strandlight_scattering::{HairParams, Lobe, PerLobe};
 
 use super::repeat::Line;
 use crate::cli::{Failure, parse_error};
@@ -127,7 +127,7 @@ fn metric() -> impl TypedValueParser<Value = Metric> {
 pub fn hair_of(name: &str) -> Result<HairParams, Failure> {
     if preset_names().any(|preset| preset == name) {
         let hair = HairSection::preset(name).map_err(Failure::input)?;
-        return Ok(hair.params());
+        return Ok(scattered(&hair));
     }
     let path = Path::new(name);
     if path.extension().is_none() && !path.exists() {
@@ -138,7 +138,19 @@ pub fn hair_of(name: &str) -> Result<HairParams, Failure> {
             names.join(", ")
         )));
     }
-    Ok(Scene::read(path).map_err(Failure::input)?.hair.params())
+    Ok(scattered(&Scene::read(path).map_err(Failure::input)?.hair))
+}
+
+/// The parameters of the hair; modes that it does not draw have no intensity.
+fn scattered(hair: &HairSection) -> HairParams {
+    let mut params = hair.params();
+    let of_mode = |mode| match hair.modes.contains(&mode) {
+        true => params.intensity.get(mode),
+        false => 0.0,
+    };
+    let [r, tt, trt] = Lobe::ALL.map(of_mode);
+    params.intensity = PerLobe { r, tt, trt };
+    params
 }
 
 /// Is the report of that name for people?

@@ -11,7 +11,7 @@ use strandlight_scene::progress::Progress;
 use crate::cli::progress::progress;
 
 use super::line::Line;
-use super::reference::Reference;
+use super::reference::{Reference, Residual};
 
 /// Largest relative difference of a channel's energy between a light set and its map.
 const ENERGY_TOLERANCE: f64 = 5e-3;
@@ -32,6 +32,21 @@ pub fn checks(set: &LightSet, reference: Option<&Reference<'_>>) -> Vec<Line> {
         lines.extend(against_map(set, reference));
     }
     lines
+}
+
+/// That the residual of the map is not looked at, where one is named.
+pub fn needless_residual(
+    set: &LightSet,
+    reference: Option<&Reference<'_>>,
+) -> Option<&'static str> {
+    let is_named = reference.is_some_and(|it| !matches!(it.residual, Residual::NotNamed));
+    (is_named && !is_of_compact_sources(set))
+        .then_some("--residual has no effect: the set is not one of `lights --suns`")
+}
+
+/// Does the set hold the compact sources of its map alone?
+fn is_of_compact_sources(set: &LightSet) -> bool {
+    set.info.parameters.contains(&rest_parameter())
 }
 
 /// More lights than were asked for; files of other programs may say nothing (0).
@@ -141,13 +156,15 @@ fn report_with_progress(
     reference: &Reference<'_>,
     progress: &Progress,
 ) -> Result<FitReport, String> {
-    if !set.info.parameters.contains(&rest_parameter()) {
+    if !is_of_compact_sources(set) {
         return Ok(evaluate_with_progress(set, map, progress));
     }
-    let residual = reference
-        .residual
-        .as_ref()
-        .ok_or("the set holds the compact sources of its map alone; name the rest by --residual")?;
+    let what = "the set holds the compact sources of its map alone";
+    let residual = match &reference.residual {
+        Residual::NotNamed => return Err(format!("{what}; name the rest by --residual")),
+        Residual::Unreadable => return Err(format!("{what}, and --residual could not be read")),
+        Residual::Read(residual) => residual,
+    };
     evaluate_with_residual(set, residual, map, progress).ok_or_else(|| {
         let [width, height] = [residual.width(), residual.height()];
         format!("the residual is {width} x {height}, the map is not")

@@ -10,9 +10,15 @@ pub struct Reference<'a> {
     pub path: &'a Path,
     /// The image that is read unless a set names another.
     pub map: Map,
-    /// What is left of it without its compact sources.
-    pub residual: Option<Map>,
+    pub residual: Residual,
     pub max_error: f64,
+}
+
+/// What is left of the map without its compact sources.
+pub enum Residual {
+    NotNamed,
+    Unreadable,
+    Read(Box<Map>),
 }
 
 impl Reference<'_> {
