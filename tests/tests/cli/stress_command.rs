@@ -86,6 +86,20 @@ fn gpu_the_report_is_stable_and_its_worst_cases_can_be_asked_again() {
     assert_eq!(n_asked, 12);
 }
 
+/// What says that it is a query is one.
+#[test]
+fn worst_cases_that_are_queries_are_answered() {
+    let (report, _) = stress(&["--n", "20", "--no-gpu"], "2");
+    let checks = report["checks"].as_array().unwrap().iter();
+    let inputs = checks.map(|check| &check["worst"]["inputs"]);
+    let queries: Vec<&Value> = inputs.filter(|inputs| inputs["q"].is_string()).collect();
+    assert!(queries.len() > 15, "{report}");
+    for query in queries {
+        let answer = probe("runtime", query);
+        assert!(answer.is_number() || answer.is_array(), "{query}");
+    }
+}
+
 /// Every check compares something, however small the run.
 #[test]
 fn slow_small_runs_pass() {

@@ -372,7 +372,7 @@ impl Evaluator {
     /// The request as the shading functions take it.
     fn query(&self, request: &Request, fibres: &Fibres) -> Result<Query, String> {
         let query = match request {
-            Request::TableC { k, lambda, phi } => Query::table_c(*k, *lambda as f32, *phi as f32),
+            Request::TableC { k, lambda, phi } => Query::table_c(*k, *lambda as f32, wrap(*phi)),
             Request::TableH {
                 lobe,
                 eta,
@@ -538,6 +538,7 @@ fn lobes_of(file: &TableFile) -> Scheme {
 
 #[cfg(test)]
 mod tests {
+    use strandlight_formats::BakedFile;
     use strandlight_scattering::dual_scattering::Average;
 
     use super::*;
@@ -552,6 +553,36 @@ mod tests {
             theta_d: 0.2,
             hair,
         })
+    }
+
+    #[test]
+    fn azimuths_keep_their_digits() {
+        let file = TableFile::from_bytes(strandlight_data::DEFAULT_TABLES).unwrap();
+        let evaluator = Evaluator::new(Method::Runtime, &file).unwrap();
+        let reference = Evaluator::new(Method::Reference, &file).unwrap();
+        let at = |phi| {
+            Ok(Request::TableC {
+                k: 6,
+                lambda: 0.01,
+                phi,
+            })
+        };
+        let near = -2.525_621_140_109_55;
+        let requests = [at(-999_996.6), at(near)];
+        let value = |evaluator: &Evaluator, ix: usize| {
+            let answers = evaluator.answer(&requests).unwrap();
+            match answers[ix].as_ref().unwrap() {
+                Answer::Number(value) => *value,
+                Answer::Rgb(_) => f64::NAN,
+            }
+        };
+        let [far, near, exact] = [
+            value(&evaluator, 0),
+            value(&evaluator, 1),
+            value(&reference, 0),
+        ];
+        assert!((far / near - 1.0).abs() < 1e-5, "{far} {near}");
+        assert!((far / exact - 1.0).abs() < 1e-3, "{far} {exact}");
     }
 
     #[test]

@@ -102,7 +102,7 @@ const LAMBDA: RangeInclusive<f64> = 0.001..=10.0;
 /// Bandwidths on the azimuth: lambda' passes lambda at grazing angles.
 const LAMBDA_P: RangeInclusive<f64> = 0.001..=1000.0;
 /// Widths of forward-scattered light.
-const SIGMA_F: RangeInclusive<f64> = 0.01..=3.0;
+const SIGMA_F: RangeInclusive<f64> = 0.001..=10.0;
 /// Indices of refraction of the H tables.
 const TABLE_ETA: RangeInclusive<f64> = 1.0..=10.0;
 
@@ -411,9 +411,9 @@ mod tests {
             (
                 &format!(
                     r#"{{"q":"local","light":{{"theta":0,"phi":0}},"view":{{"theta":0,"phi":0}},
-                    "hair":{HAIR},"sigma_f":0.001}}"#
+                    "hair":{HAIR},"sigma_f":0.0001}}"#
                 ),
-                "sigma_f is 0.001",
+                "sigma_f is 0.0001",
             ),
             (
                 &format!(

@@ -64,14 +64,25 @@ impl Evaluation for Point {
 
     fn query(&self, hair: &HairParams) -> Value {
         let [[theta_j, phi_j], [theta_o, phi_o]] = [self.light, self.view];
-        json!({
-            "q": name(self.function),
-            "mode": "all",
-            "light": { "theta": theta_j, "phi": phi_j },
-            "sigma_f": self.width,
-            "view": { "theta": theta_o, "phi": phi_o },
-            "hair": hair_json(hair),
-        })
+        let (name, hair) = (name(self.function), hair_json(hair));
+        let view = json!({ "theta": theta_o, "phi": phi_o });
+        match self.function {
+            // No query asks for it.
+            Function::DirectLocal => json!({
+                "function": name,
+                "light": { "theta": theta_j, "phi": phi_j, "lambda": self.width },
+                "view": view,
+                "hair": hair,
+            }),
+            _ => json!({
+                "q": name,
+                "mode": "all",
+                "light": { "theta": theta_j, "phi": phi_j },
+                "sigma_f": self.width,
+                "view": view,
+                "hair": hair,
+            }),
+        }
     }
 }
 
@@ -80,5 +91,31 @@ pub(super) fn name(function: Function) -> &'static str {
         Function::Global => "global",
         Function::Local => "local",
         _ => "direct_local",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_query_asks_for_names_none() {
+        for function in FUNCTIONS {
+            let point = Point {
+                function,
+                light: [0.1, 0.2],
+                width: 0.3,
+                view: [0.4, 0.5],
+            };
+            let inputs = point.query(&HairParams::default());
+            match function {
+                Function::DirectLocal => {
+                    assert_eq!(inputs["function"], "direct_local");
+                    assert!(inputs["q"].is_null(), "{inputs}");
+                    assert_eq!(inputs["light"]["lambda"], 0.3);
+                }
+                _ => assert_eq!(inputs["q"], name(function)),
+            }
+        }
     }
 }

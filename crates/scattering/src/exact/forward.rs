@@ -23,7 +23,7 @@ pub struct Forward {
     pub theta: f64,
     /// Azimuth of its axis, +-1e6.
     pub phi: f64,
-    /// Width of its Gaussian, Xu's sense, 0.01..=3.
+    /// Width of its Gaussian, Xu's sense, 0.001..=10.
     pub sigma_f: f64,
 }
 
@@ -34,7 +34,7 @@ impl Forward {
     /// The first field outside its range, by name and value.
     pub fn validate(&self) -> Result<(), ParamError> {
         check_direction(["light.theta", "light.phi"], self.theta, self.phi)?;
-        in_range("sigma_f", self.sigma_f, 0.01, 3.0)
+        in_range("sigma_f", self.sigma_f, 0.001, 10.0)
     }
 
     /// `g^u(theta_i; theta, sigma_f) / Z` as a function of theta_i.
@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn has_unit_mass() {
         for theta in [-FRAC_PI_2, -1.5, 0.0, 0.4, 1.3, FRAC_PI_2] {
-            for sigma_f in [0.01, 0.3, 1.0, 3.0] {
+            for sigma_f in [0.001, 0.01, 0.3, 1.0, 3.0, 10.0] {
                 let forward = Forward {
                     theta,
                     phi: 0.0,
@@ -81,7 +81,7 @@ mod tests {
                 };
                 forward.validate().unwrap();
                 let psi = forward.longitudinal();
-                let mass = integrate_tanh_sinh(-FRAC_PI_2, FRAC_PI_2, 9, |a, b| {
+                let mass = integrate_tanh_sinh(-FRAC_PI_2, FRAC_PI_2, 12, |a, b| {
                     let theta_i = if a < b { a - FRAC_PI_2 } else { FRAC_PI_2 - b };
                     [psi(theta_i) * a.min(b).sin()]
                 })[0];
@@ -108,14 +108,14 @@ mod tests {
             ),
             (
                 Forward {
-                    sigma_f: 0.009,
+                    sigma_f: 0.0009,
                     ..good
                 },
                 "sigma_f",
             ),
             (
                 Forward {
-                    sigma_f: 3.1,
+                    sigma_f: 10.1,
                     ..good
                 },
                 "sigma_f",

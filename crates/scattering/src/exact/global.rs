@@ -284,7 +284,7 @@ mod tests {
             let (mut peak, mut worst) = (0.0f64, 0.0f64);
             for theta in [-1.5, -0.4, 0.8] {
                 for (theta_o, dphi) in [(0.3, 0.1), (-1.4, 1.6), (1.1, 2.9)] {
-                    for sigma_f in [0.01, 0.2, 1.0, 3.0] {
+                    for sigma_f in [0.001, 0.01, 0.2, 1.0, 3.0, 10.0] {
                         let forward = Forward {
                             theta,
                             phi: 0.0,
@@ -311,6 +311,6 @@ mod tests {
                 lobe.name()
             );
         }
-        assert_eq!(checked, 3 * 36 * 3);
+        assert_eq!(checked, 3 * 54 * 3);
     }
 }

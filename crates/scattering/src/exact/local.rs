@@ -227,7 +227,7 @@ mod tests {
         let (mut peak, mut worst) = (0.0f64, 0.0f64);
         for theta in [-1.5, -0.4, 0.8] {
             for theta_o in [0.3, -1.4, 1.1] {
-                for sigma_f in [0.01, 0.2, 1.0, 3.0] {
+                for sigma_f in [0.001, 0.01, 0.2, 1.0, 3.0, 10.0] {
                     let view = View {
                         theta: theta_o,
                         phi: 0.5,
