@@ -6,6 +6,7 @@ mod bake_command;
 mod bake_kills;
 mod bench_command;
 mod bench_pictures;
+mod bench_several;
 mod compare_command;
 mod converge_command;
 mod docs;

@@ -2,12 +2,17 @@
 
 use glam::Vec3;
 use strandlight_cpu as cpu;
-use strandlight_formats::{Scene, SrbfLight};
+use strandlight_data::DEFAULT_TABLES;
+use strandlight_formats::{BakedFile, Scene, SrbfLight, TableFile};
+use strandlight_lab::bench::{TransmittanceOptions, run_transmittance};
 use strandlight_lab::transmittance::{Method, point_shadows};
 use strandlight_reference::rays::{Rays, Start};
 use strandlight_render::passes;
-use strandlight_scattering::HairParams;
 use strandlight_scattering::closed_form::through_kernel;
+use strandlight_scattering::fresnel::Fresnel;
+use strandlight_scattering::{HairParams, Lobe};
+use strandlight_scene::material::{HairMaterial, LobeTables};
+use strandlight_scene::progress::Progress;
 use strandlight_scene::scene::LightRecord;
 use strandlight_scene::shadow_maps::{NO_SLOT, ShadowPlan, unblocked_share};
 use strandlight_scene::strands::Strands;
@@ -344,4 +349,31 @@ fn earlier_methods_draw_suns() {
         let found = mean(method) / sweep;
         assert!((0.5..2.0).contains(&found), "{method:?}: {found}");
     }
+}
+
+/// `bench transmittance` has the Fresnel term of the scene's tables.
+#[test]
+fn what_is_measured_has_the_fresnel_term_of_the_tables() {
+    let options = TransmittanceOptions {
+        n_points: 40,
+        n_rays: 64,
+        seed: 1,
+        methods: Vec::new(),
+        sides: Vec::new(),
+        directions: Vec::new(),
+    };
+    let hair = HairParams::default();
+    let file = TableFile::from_bytes(DEFAULT_TABLES).expect("part of the project");
+    let forward = |fresnel| {
+        let lobes = LobeTables::from_file(&file, &Lobe::ALL).expect("all lobes");
+        let lights = vec![light([0.0, 0.3, 1.0], 0.5, [1.0; 3])];
+        let mut scene = scene(wig_strands(300, 0.2), lights, &hair);
+        scene.hair = HairMaterial::new(lobes.into(), fresnel, &hair, &Lobe::ALL, 4)
+            .expect("valid parameters");
+        let measured = run_transmittance(&scene, &options, |_, _| Progress::silent());
+        measured.rows[0].classes[3].forward.mean
+    };
+    let [dielectric, schlick] = [Fresnel::Dielectric, Fresnel::Schlick].map(forward);
+    // Both terms are close, and the rays are the same.
+    assert!(dielectric > 0.0 && dielectric != schlick, "{dielectric}");
 }

@@ -9,6 +9,7 @@ mod method_tables;
 mod multiple;
 mod peers;
 mod plots;
+mod scenes;
 mod single;
 mod transmittance;
 

@@ -2,7 +2,7 @@
 
 use glam::{Quat, Vec3};
 use strandlight_formats::SrbfLight;
-use strandlight_scattering::HairParams;
+use strandlight_scattering::{HairParams, Parameter};
 use strandlight_scene::paint::{ActiveStroke, Brush, Paint, Picker, Stroke};
 use strandlight_scene::{Backend, Camera, PreparedScene, RenderError};
 
@@ -17,15 +17,22 @@ pub(super) fn color(
     set_hair(live, &hair)
 }
 
-/// Wider lobes.
+/// Lobes of other widths.
 pub(super) fn widths(
     live: &mut dyn Backend,
     base: &PreparedScene,
     there: bool,
 ) -> Result<(), RenderError> {
     let mut hair = *base.hair.hair();
-    hair.width = hair.width.map(|x| if there { 1.05 * x } else { x });
+    if there {
+        hair.width = hair.width.map(other_width);
+    }
     set_hair(live, &hair)
+}
+
+/// A width a little above, or below where that would leave the range.
+fn other_width(width: f64) -> f64 {
+    in_range(Parameter::Width, [1.05 * width, width / 1.05])
 }
 
 /// Hair of another index of refraction.
@@ -35,8 +42,21 @@ pub(super) fn eta(
     there: bool,
 ) -> Result<(), RenderError> {
     let mut hair = *base.hair.hair();
-    hair.eta += if there { 0.02 } else { 0.0 };
+    if there {
+        hair.eta = other_eta(hair.eta);
+    }
     set_hair(live, &hair)
+}
+
+/// An index of refraction a little above, or below where that would leave the range.
+fn other_eta(eta: f64) -> f64 {
+    in_range(Parameter::Eta, [eta + 0.02, eta - 0.02])
+}
+
+/// The first of two values, or the other one where the first is above the range of `parameter`.
+fn in_range(parameter: Parameter, [first, other]: [f64; 2]) -> f64 {
+    let [_, max] = parameter.range();
+    if first <= max { first } else { other }
 }
 
 /// All lights a little darker.
@@ -124,4 +144,27 @@ pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edits_stay_in_the_ranges() {
+        for (parameter, other) in [
+            (Parameter::Eta, other_eta as fn(f64) -> f64),
+            (Parameter::Width, other_width),
+        ] {
+            let [min, max] = parameter.range();
+            for share in [0.0, 0.3, 0.98, 1.0] {
+                let value = min + share * (max - min);
+                let found = other(value);
+                let name = parameter.name();
+                assert!((min..=max).contains(&found), "{name} {value}: {found}");
+                assert!((found - value).abs() > 1e-5, "{name} {value}: {found}");
+            }
+        }
+        assert_eq!((other_eta(1.5), other_width(0.5)), (1.52, 0.525));
+    }
 }

@@ -135,11 +135,13 @@ impl BruteForce {
         log_slope(points)
     }
 
-    /// Seconds of all cores for one sample a pixel.
+    /// Seconds of all cores for one sample a pixel; none where all of them took less than the clock
+    /// can tell.
     pub fn core_seconds_of_one(&self) -> Option<f64> {
         let seconds: Option<f64> = self.points.iter().map(|point| point.core_seconds).sum();
         let samples: u32 = self.points.iter().map(|point| point.samples).sum();
-        Some(seconds? / f64::from(samples))
+        let seconds = seconds.filter(|seconds| *seconds > 0.0)?;
+        Some(seconds / f64::from(samples))
     }
 
     /// Samples a pixel to `relative_rmse`. Below one, some pixels go without.
@@ -424,5 +426,11 @@ mod tests {
         assert_eq!(peers.ratios()[0], None);
         peers.ours.edit_core_seconds = None;
         assert_eq!(peers.ratios()[1], None);
+        // Brute force that is too short for the clock costs something all the same.
+        peers.ours.core_seconds = Some(0.1);
+        peers.brute_force = brute(&[(1, 0.2, 0.0), (4, 0.1, 0.0)]);
+        assert_eq!(peers.brute_force.core_seconds_of_one(), None);
+        assert_eq!(peers.core_seconds(), [None; 2]);
+        assert_eq!(peers.ratios(), [None; 2]);
     }
 }

@@ -103,7 +103,7 @@ pub fn run_transmittance(
     let points: Vec<u32> = (0..options.n_points)
         .map(|_| random.uniform(0.0, strands.points.len() as f64) as u32)
         .collect();
-    let forward = ForwardTable::new(scene.hair.hair());
+    let forward = ForwardTable::new(scene.hair.hair(), scene.hair.fresnel());
 
     let stage = progress("ray shooting", (points.len() * lights.len()) as u64);
     // [light][point]
@@ -220,8 +220,8 @@ struct ForwardTable(Vec<[f32; 3]>);
 const N_SINES: usize = 257;
 
 impl ForwardTable {
-    fn new(hair: &HairParams) -> ForwardTable {
-        let table = AverageTable::new(hair, Fresnel::Dielectric);
+    fn new(hair: &HairParams, fresnel: Fresnel) -> ForwardTable {
+        let table = AverageTable::new(hair, fresnel);
         let entry = |ix: usize| {
             let sin = 2.0 * ix as f32 / (N_SINES - 1) as f32 - 1.0;
             table.get(Average::AF, sin.asin())

@@ -3,14 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
-use strandlight_formats::{Scene, counted};
+use strandlight_formats::counted;
 use strandlight_lab::bench::converge::{
     ConvergeError, Convergences, Options, converge, figure, n_steps,
 };
 use strandlight_runtime::options::parse_size;
 use strandlight_scene::RenderError;
-use strandlight_scene::budget::{MAX_TARGET_SIDE, check_target};
+use strandlight_scene::budget::MAX_TARGET_SIDE;
 
+use super::scenes;
 use crate::cli::progress::progress;
 use crate::cli::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
 
@@ -68,13 +69,9 @@ pub fn run(args: &Args) -> Outcome {
         seeds: args.seeds,
         seed: args.seed,
     };
-    // Read before anything is measured.
-    let read = |path: &PathBuf| Scene::read(path).map_err(Failure::input);
-    let scenes: Vec<Scene> = args.scenes.iter().map(read).collect::<Result<_, _>>()?;
-    let (mut documents, mut panels) = (Vec::new(), Vec::new());
-    for (path, scene) in args.scenes.iter().zip(&scenes) {
-        let size = args.size.unwrap_or(scene.render.size);
-        check_target(size).map_err(|error| Failure::file(path, error))?;
+    let scenes = scenes::read(&args.scenes)?;
+    scenes::check(&args.scenes, &scenes, args.size)?;
+    let measured = args.scenes.iter().zip(&scenes).map(|(path, scene)| {
         let progress = progress("pictures", n_steps(&options));
         let found = converge(scene, &options, &|| progress.advance(1));
         progress.finish();
@@ -82,24 +79,28 @@ pub fn run(args: &Args) -> Outcome {
             ConvergeError::Render(RenderError::Scene(error)) => Failure::input(error.in_file(path)),
             error => Failure::file(path, error),
         })?;
-        panels.push(found.panel(&path.display().to_string()));
-        if args.json {
-            documents.push(document(path, &found));
-        } else {
+        if !args.json {
             print_converge(path, &found)?;
         }
+        let panel = found.panel(&path.display().to_string());
+        Ok((document(path, &found), panel))
+    });
+    let (measured, ended) = scenes::until_failure(measured);
+    if measured.is_empty() {
+        return ended;
+    }
+    let (documents, panels): (Vec<_>, Vec<_>) = measured.into_iter().unzip();
+    if args.json {
+        print_line(json!({
+            "truth_samples": args.truth_samples,
+            "seed": args.seed,
+            "scenes": documents,
+        }))?;
     }
     if let Some(svg) = &args.svg {
         write_output(svg, figure(panels).to_svg().as_bytes())?;
     }
-    match args.json {
-        true => print_line(json!({
-            "truth_samples": args.truth_samples,
-            "seed": args.seed,
-            "scenes": documents,
-        })),
-        false => Ok(()),
-    }
+    ended
 }
 
 fn document(path: &Path, found: &Convergences) -> Value {

@@ -20,7 +20,7 @@ use strandlight_runtime::options::parse_size;
 use strandlight_scene::budget::MAX_TARGET_SIDE;
 use strandlight_scene::{PreparedScene, RenderError, SceneError};
 
-use super::against;
+use super::{against, scenes};
 use crate::cli::scenes::table_2;
 use crate::cli::{Failure, Outcome, print_line};
 
@@ -98,18 +98,15 @@ pub fn run(args: &Args) -> Outcome {
         let text = format!("{option} is of pictures on the CPU; leave out --backend gpu");
         return Err(Failure::Input(text));
     }
-    // Read before anything is measured.
     let mut paths = args.scenes.clone();
-    let read = |path: &PathBuf| Scene::read(path).map_err(Failure::input);
-    let mut scenes: Vec<Scene> = paths.iter().map(read).collect::<Result<_, _>>()?;
+    // What cannot be read is told before scenes are generated.
+    scenes::read(&paths)?;
     let table_2 = match &args.table2 {
         Some(folder) => table_2(folder)?,
         None => Vec::new(),
     };
-    for (_, path) in &table_2 {
-        scenes.push(read(path)?);
-        paths.push(path.clone());
-    }
+    paths.extend(table_2.iter().map(|(_, path)| path.clone()));
+    let scenes = scenes::read(&paths)?;
     if let Some(program) = &args.against {
         return against::run(program, &paths, &options_of(args), args.json);
     }
@@ -117,8 +114,9 @@ pub fn run(args: &Args) -> Outcome {
         false => None,
         true => Some(Context::new().map_err(Failure::input)?),
     };
-    let mut documents = Vec::new();
-    for (ix, (path, scene)) in paths.iter().zip(&scenes).enumerate() {
+    scenes::check(&paths, &scenes, args.size)?;
+    let measured = paths.iter().zip(&scenes).enumerate();
+    let measured = measured.map(|(ix, (path, scene))| {
         let mut document = match &context {
             Some(context) => on_gpu(args, path, scene, context)?,
             None if args.window => in_window(args, path, scene)?,
@@ -128,7 +126,11 @@ pub fn run(args: &Args) -> Outcome {
         if let Some((paper, _)) = ix.checked_sub(args.scenes.len()).map(|ix| &table_2[ix]) {
             document["xu_2011"] = beside_paper(paper, &document);
         }
-        documents.push(document);
+        Ok(document)
+    });
+    let (documents, ended) = scenes::until_failure(measured);
+    if documents.is_empty() {
+        return ended;
     }
     let on_cpu = || {
         format!(
@@ -136,14 +138,15 @@ pub fn run(args: &Args) -> Outcome {
             counted(rayon::current_num_threads(), "thread", "threads")
         )
     };
-    if !args.json {
-        return print_table_2(&documents);
+    match args.json {
+        true => print_line(json!({
+            "backend": context.map_or_else(on_cpu, |context| context.name()),
+            "repetitions": args.repetitions,
+            "scenes": documents,
+        }))?,
+        false => print_table_2(&documents)?,
     }
-    print_line(json!({
-        "backend": context.map_or_else(on_cpu, |context| context.name()),
-        "repetitions": args.repetitions,
-        "scenes": documents,
-    }))
+    ended
 }
 
 /// The options that runs of `--against` have.

@@ -71,23 +71,27 @@ pub fn run(args: &Args) -> Outcome {
     let [points, lights, sizes] = [args.points.len(), args.lights.len(), args.sizes.len()];
     let measured = (points + lights + sizes) as u64 * FRAMES.len() as u64;
     let progress = progress("frames", measured * n_edit_pictures(args.repetitions));
-    let growth = grow(args, &progress);
+    let (sweeps, ended) = sweeps(args, &progress);
     progress.finish();
-    let growth = growth?;
-    if let Some(svg) = &args.svg {
-        write_output(svg, growth.figure().to_svg().as_bytes())?;
+    if sweeps.is_empty() {
+        return ended;
     }
+    let growth = Growth { sweeps };
     if args.json {
         let mut document = growth.to_json();
         document["repetitions"] = json!(args.repetitions);
         document["svg"] = svg_name(args);
-        return print_line(document);
+        print_line(document)?;
+    } else {
+        print_growth(&growth)?;
     }
-    print_growth(&growth)?;
-    match &args.svg {
-        Some(svg) => print_line(format_args!("wrote {}", svg.display())),
-        None => Ok(()),
+    if let Some(svg) = &args.svg {
+        write_output(svg, growth.figure().to_svg().as_bytes())?;
+        if !args.json {
+            print_line(format_args!("wrote {}", svg.display()))?;
+        }
     }
+    ended
 }
 
 fn svg_name(args: &Args) -> Value {
@@ -106,8 +110,21 @@ fn pixels([width, height]: [u32; 2]) -> u64 {
     u64::from(width) * u64::from(height)
 }
 
-/// Measures all three sweeps.
-fn grow(args: &Args, progress: &Progress) -> Result<Growth, Failure> {
+/// Measures all three sweeps, or what there is of them until something fails; sweeps without a row are
+/// left out.
+fn sweeps(args: &Args, progress: &Progress) -> (Vec<Sweep>, Outcome) {
+    let names = ["points", "lights", "pixels"];
+    let mut rows = [Vec::new(), Vec::new(), Vec::new()];
+    let ended = grow(args, progress, &mut rows);
+    let sweeps = names.into_iter().zip(rows);
+    let sweeps = sweeps.filter(|(_, rows)| !rows.is_empty());
+    let sweeps = sweeps.map(|(name, rows)| Sweep::new(name, rows));
+    (sweeps.collect(), ended)
+}
+
+/// Rows over points, lights and pixels, each put where it belongs as soon as it is measured.
+fn grow(args: &Args, progress: &Progress, rows: &mut [Vec<Row>; 3]) -> Outcome {
+    let [over_points, over_lights, over_sizes] = rows;
     let maker = Maker::new()?;
     let base_points = middle(&args.points);
     let base_lights = middle(&args.lights);
@@ -122,29 +139,20 @@ fn grow(args: &Args, progress: &Progress) -> Result<Growth, Failure> {
         Ok(Row { x, frames })
     };
 
-    let mut over_points = Vec::new();
     for &points in &args.points {
         let scene = maker.scene(points, &lights, base_size)?;
         over_points.push(measure(scene.strands.points.len() as u64, &scene)?);
     }
     let mut scene = maker.scene(base_points, &lights, base_size)?;
-    let mut over_sizes = Vec::new();
     for &size in &sizes {
         scene.size = size;
         over_sizes.push(measure(pixels(size), &scene)?);
     }
-    let mut over_lights = Vec::new();
     for &count in &args.lights {
         let scene = maker.scene(base_points, &maker.lights(count)?, base_size)?;
         over_lights.push(measure(u64::from(count), &scene)?);
     }
-    Ok(Growth {
-        sweeps: vec![
-            Sweep::new("points", over_points),
-            Sweep::new("lights", over_lights),
-            Sweep::new("pixels", over_sizes),
-        ],
-    })
+    Ok(())
 }
 
 /// Makes scenes without files.

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
-use strandlight_formats::{Scene, counted};
+use strandlight_formats::counted;
 use strandlight_lab::bench::peers::{Options, Peers, PeersError, n_steps, peers};
 use strandlight_runtime::options::parse_size;
 use strandlight_scene::RenderError;
-use strandlight_scene::budget::{MAX_TARGET_SIDE, check_target};
+use strandlight_scene::budget::MAX_TARGET_SIDE;
 
+use super::scenes;
 use crate::cli::progress::progress;
 use crate::cli::{Failure, Outcome, print_line};
 
@@ -60,13 +61,9 @@ pub fn run(args: &Args) -> Outcome {
         repetitions: args.repetitions,
         seed: args.seed,
     };
-    // Read before anything is measured.
-    let read = |path: &PathBuf| Scene::read(path).map_err(Failure::input);
-    let scenes: Vec<Scene> = args.scenes.iter().map(read).collect::<Result<_, _>>()?;
-    let mut documents = Vec::new();
-    for (path, scene) in args.scenes.iter().zip(&scenes) {
-        let size = args.size.unwrap_or(scene.render.size);
-        check_target(size).map_err(|error| Failure::file(path, error))?;
+    let scenes = scenes::read(&args.scenes)?;
+    scenes::check(&args.scenes, &scenes, args.size)?;
+    let measured = args.scenes.iter().zip(&scenes).map(|(path, scene)| {
         let progress = progress("pictures", n_steps(&options));
         let found = peers(scene, &options, &|| progress.advance(1));
         progress.finish();
@@ -74,21 +71,21 @@ pub fn run(args: &Args) -> Outcome {
             PeersError::Render(RenderError::Scene(error)) => Failure::input(error.in_file(path)),
             error => Failure::file(path, error),
         })?;
-        if args.json {
-            documents.push(document(path, &found));
-        } else {
+        if !args.json {
             print_peers(path, &found)?;
         }
-    }
-    match args.json {
-        true => print_line(json!({
+        Ok(document(path, &found))
+    });
+    let (documents, ended) = scenes::until_failure(measured);
+    if args.json && !documents.is_empty() {
+        print_line(json!({
             "truth_samples": args.truth_samples,
             "repetitions": args.repetitions,
             "seed": args.seed,
             "scenes": documents,
-        })),
-        false => Ok(()),
+        }))?;
     }
+    ended
 }
 
 fn document(path: &Path, found: &Peers) -> Value {
