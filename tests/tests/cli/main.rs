@@ -18,6 +18,7 @@ mod kept_files;
 mod lights_budget;
 mod lights_command;
 mod mesh_command;
+mod no_effect;
 mod outputs;
 mod painted_command;
 mod panorama_command;

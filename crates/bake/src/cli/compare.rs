@@ -11,7 +11,7 @@ use strandlight_reference::compare::{
 };
 use strandlight_scene::tone::{aces2, agx, filmic};
 
-use super::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
+use super::{Failure, Outcome, check_extension, check_outputs, note, print_line, write_output};
 
 /// Largest side of blocks.
 const MAX_BLOCK: i64 = 1024;
@@ -40,7 +40,7 @@ pub struct Args {
         value_parser = clap::value_parser!(u32).range(1..=MAX_BLOCK),
         help = format!("Average blocks of N x N pixels first (not for FLIP), 1..={MAX_BLOCK}"))]
     block: u32,
-    /// Exposure for FLIP in stops, -32..=32
+    /// Exposure for FLIP of OpenEXR pictures in stops, -32..=32
     #[arg(long, value_name = "E", default_value_t = 0.0,
         value_parser = parse_exposure)]
     exposure: f32,
@@ -110,6 +110,15 @@ pub fn run(args: &Args) -> Outcome {
     let side = args.block as usize;
     let (small_a, small_b) = (a.boxed(side), b.boxed(side));
     let comparison = compare(&small_a, &small_b).map_err(Failure::input)?;
+    if a.is_display {
+        let flags = [
+            ("--exposure", args.exposure != 0.0),
+            ("--tone-map", args.tone_map != Curve::Filmic),
+        ];
+        for (flag, _) in flags.into_iter().filter(|(_, is_given)| *is_given) {
+            note!("{flag} has no effect on PNGs");
+        }
+    }
     let map = FlipMap::new(&a, &b, |rgb| args.show(rgb, a.is_display)).map_err(Failure::input)?;
 
     let scale = heat_scale(&small_a, &small_b);

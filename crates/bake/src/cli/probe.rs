@@ -6,6 +6,8 @@
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::PathBuf;
 
+use clap::ValueEnum;
+use clap::builder::PossibleValue;
 use serde_json::json;
 use strandlight_bake::probe::{self, Device, Evaluator, ProbeError, Request};
 use strandlight_data::DEFAULT_TABLES;
@@ -14,7 +16,7 @@ use strandlight_render::probe::GpuProbe;
 use strandlight_scattering::closed_form::paper::MAX_SEGMENTS;
 use strandlight_scene::tables::ShadingTables;
 
-use super::{Failure, Outcome, print_while_read};
+use super::{Failure, Outcome, note, print_while_read};
 
 /// Evaluate the scattering model at given points
 ///
@@ -28,9 +30,9 @@ pub struct Args {
     /// Evaluation method
     #[arg(long, value_enum, default_value_t = Method::Runtime)]
     method: Method,
-    /// Segments of the outer integral for --method paper, 2 to 64
-    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(2..=i64::from(MAX_SEGMENTS)))]
-    segments: u32,
+    /// Segments of the outer integral for --method paper, 2 to 64 [default: 4]
+    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(2..=i64::from(MAX_SEGMENTS)))]
+    segments: Option<u32>,
 }
 
 /// Ways to evaluate the model.
@@ -56,6 +58,8 @@ pub fn parse_query(line: &str) -> Result<(), String> {
     Request::parse(line).map(|_| ())
 }
 
+/// Segments of the paper's outer integral unless others are asked for.
+const SEGMENTS: u32 = 4;
 /// Longest line that is read as a query; longer ones are answered by an error.
 const MAX_LINE: usize = 1 << 20;
 /// Most lines evaluated at once on the GPU.
@@ -63,12 +67,20 @@ const MAX_BATCH: usize = 1 << 14;
 
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
+    if args.segments.is_some() && args.method != Method::Paper {
+        let method = args.method.to_possible_value();
+        let method = method.as_ref().map_or("", PossibleValue::get_name);
+        note!("--segments has no effect with --method {method}");
+    }
     let tables = load_tables(args)?;
     let evaluator = match args.method {
         Method::Runtime => Evaluator::new(probe::Method::Runtime, &tables),
         Method::Gpu => Evaluator::on_device(&tables, open_gpu),
         Method::Reference => Evaluator::new(probe::Method::Reference, &tables),
-        Method::Paper => Evaluator::new(probe::Method::Paper(args.segments), &tables),
+        Method::Paper => Evaluator::new(
+            probe::Method::Paper(args.segments.unwrap_or(SEGMENTS)),
+            &tables,
+        ),
     };
     let evaluator = evaluator.map_err(|error| match (&args.tables, &error) {
         (Some(path), ProbeError::Tables(_) | ProbeError::Fresnel(_)) => Failure::file(path, error),

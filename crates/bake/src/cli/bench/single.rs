@@ -101,6 +101,9 @@ pub fn run(args: &Args) -> Outcome {
         Some(folder) => output_paths(folder).map(|(new, paths)| (Some(new), paths))?,
         None => (None, Vec::new()),
     };
+    if args.adapter == AdapterArg::Yes && args.repetitions == 0 {
+        note!("--adapter yes has no effect with --repetitions 0");
+    }
     let (frontier, seconds) = timed(|| measure(args));
     let frontier = frontier?;
     let document = frontier.to_json();
