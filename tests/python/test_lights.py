@@ -102,6 +102,8 @@ def test_pictures_of_it_are_png(folder, tmp_path, strandlight):
         (lambda f: sl.LightSet.from_arrays([[0, 0, 0]], [1], [[1, 1, 1]]), "value", ["light 0"]),
         (lambda f: sl.LightSet.from_arrays([[0, 1, 0]], [-1], [[1, 1, 1]]), "value", ["-1"]),
         (lambda f: sl.LightSet.from_arrays([[0, 1, 0]], [1, 2], [[1, 1, 1]]), "value", ["sharpness", "(2,)"]),
+        # By its number in the arrays, not by its energy's rank.
+        (lambda f: sl.LightSet.from_arrays([[0, 1, 0], [1, 0, 0]], [1, 1], [[9, 9, 9], [1, -1, 1]]), "value", ["lights[1]", "-1"]),
         (lambda f: sl.LightSet.open(f / "sky.lights").evaluate([1, 2]), "value", ["(2,)"]),
         (lambda f: sl.LightSet.open(f / "sky.lights").evaluate([[0, 0, 0]]), "value", ["direction 0"]),
         (lambda f: sl.LightSet.open(f / "sky.lights").map(10**6), "value", ["1000000"]),

@@ -123,15 +123,16 @@ impl LightSet {
                     rgb,
                 })
             });
-            let mut lights = lights.collect::<Outcome<Vec<SrbfLight>>>()?;
-            sort_lights(&mut lights);
+            let lights = lights.collect::<Outcome<Vec<SrbfLight>>>()?;
             let info = LightSetInfo {
                 requested_count: lights.len() as u32,
                 parameters: vec![("format".to_owned(), "arrays".to_owned())],
                 ..LightSetInfo::default()
             };
-            let set = Lights { lights, info };
+            let mut set = Lights { lights, info };
+            // In the order of the arrays, by which lights are named.
             set.validate()?;
+            sort_lights(&mut set.lights);
             Ok(LightSet(set))
         };
         make().map_err(|fault: Fault| fault.raise(py))
