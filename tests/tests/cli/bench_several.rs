@@ -40,9 +40,9 @@ fn json(output: &Output) -> Value {
 fn what_was_measured_before_a_failure_is_printed() {
     let folder = folder();
     let at = folder.path();
-    let peers = "peers --size 16x16 --repetitions 1 --truth-samples 64 --samples 1,4";
+    let peers = "peers --size 16x16 --repetitions 1 --truth-samples 1024 --samples 1,4";
     let converge =
-        "converge --size 16x16 --samples 2,4 --truth-samples 64 --seeds 1 --svg converge.svg";
+        "converge --size 16x16 --samples 2,4 --truth-samples 1024 --seeds 1 --svg converge.svg";
     for line in [peers, converge] {
         let both = bench(at, &format!("{line} a.toml dark.toml --json"));
         assert_eq!(both.status.code(), Some(2), "{both:?}");
