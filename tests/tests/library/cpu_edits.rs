@@ -221,28 +221,6 @@ fn edits_of_the_variation_end_as_fresh_scenes() {
     check(&Session::open(&at).expect("a scene"), script);
 }
 
-/// In a scene without a camera all of the hair is in view, whatever the shape of its pictures.
-#[test]
-fn a_size_alone_may_have_another_view() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let hair = curtain(20, 6, 0.2, 0.0);
-    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |_| ());
-    let mut viewer = interactive(Session::open(&at).expect("a scene"));
-    for (size, is_other) in [([48, 32], false), ([32, 48], true), ([48, 32], true)] {
-        finish(&mut viewer);
-        let before = shown(&viewer).pixels.to_vec();
-        let set = json!({"render.size": size});
-        let change = viewer.set(set.as_object().expect("a table"));
-        change.expect("a size");
-        finish(&mut viewer);
-        let pixels = shown(&viewer).pixels.to_vec();
-        assert_eq!(pixels != before, is_other, "{size:?}");
-        let mut fresh = interactive(viewer.session().clone());
-        finish(&mut fresh);
-        assert!(pixels == shown(&fresh).pixels, "{size:?}");
-    }
-}
-
 /// A scene that is replaced before its picture is complete shows one for each.
 #[test]
 fn every_scene_has_a_picture_though_another_follows() {
