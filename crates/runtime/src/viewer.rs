@@ -355,9 +355,9 @@ impl<B: Backend + ?Sized> Viewer<B> {
     }
 
     fn scene_camera(&self) -> Camera {
+        let section = self.session.scene().camera.as_ref();
         let (centre, radius) = self.framing;
-        let scene = self.session.scene();
-        camera(scene.camera.as_ref(), scene.render.size, centre, radius)
+        camera(section, centre, radius)
     }
 
     /// See [`Session::commit`].
@@ -571,10 +571,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         let panorama = self.session.panorama();
         let shown = self.renderer.scene();
         let is_behind = background == shown.background && panorama == shown.panorama;
-        // A size alone may have another view, where the scene says none.
-        let has_view = change.has(Edits::CAMERA | Edits::SIZE) && self.view.is_none();
-        let view = has_view.then(|| self.scene_camera());
-        if change.has(of_picture) || !is_behind || view.is_some_and(|view| view != shown.camera) {
+        if change.has(of_picture) || !is_behind {
             self.outdate_picture();
         }
         let has_motion = self.motion.is_some();
@@ -611,8 +608,9 @@ impl<B: Backend + ?Sized> Viewer<B> {
         if change.has(Edits::PROXIES) {
             renderer.set_proxies(assets.proxies(scene));
         }
-        if let Some(view) = view {
-            renderer.set_camera(view);
+        if change.has(Edits::CAMERA) {
+            let (centre, radius) = self.framing;
+            renderer.set_camera(camera(scene.camera.as_ref(), centre, radius));
         }
         if change.has(Edits::SIZE) && self.window.is_none() {
             renderer.set_size(scene.render.size)?;

@@ -322,7 +322,7 @@ impl Assets {
                 (centre, radius)
             }
         };
-        Camera::framing_in(scene.render.size, centre, radius, DEFAULT_FOV_Y)
+        Camera::framing(centre, radius, DEFAULT_FOV_Y)
     }
 
     /// All lights of the set, turned as `section` says, with the amplitudes of the set; then those that `section`
@@ -516,13 +516,8 @@ pub fn densities(section: &HairSection) -> [f32; 2] {
     ]
 }
 
-/// The scene's view, or one that frames all of the hair in a picture of its `size`: a sphere about `centre`, cm.
-pub fn camera(
-    section: Option<&CameraSection>,
-    size: [u32; 2],
-    centre: Vec3,
-    radius: f32,
-) -> Camera {
+/// The scene's view, or one that frames all of the hair: a sphere about `centre`, cm.
+pub fn camera(section: Option<&CameraSection>, centre: Vec3, radius: f32) -> Camera {
     match section {
         Some(section) => Camera {
             eye: Vec3::from(section.position.map(|x| x as f32)),
@@ -530,7 +525,7 @@ pub fn camera(
             up: Vec3::from(section.up.map(|x| x as f32)),
             fov_y: section.fov_deg.to_radians() as f32,
         },
-        None => Camera::framing_in(size, centre, radius, DEFAULT_FOV_Y),
+        None => Camera::framing(centre, radius, DEFAULT_FOV_Y),
     }
 }
 

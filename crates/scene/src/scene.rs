@@ -201,8 +201,7 @@ impl PreparedScene {
         for (light, rgb) in lights.iter_mut().zip(assets.light_colors(&scene.lights)) {
             light.rgb = rgb;
         }
-        let section = scene.camera.as_ref();
-        let camera = camera(section, scene.render.size, strands.centre, strands.radius);
+        let camera = camera(scene.camera.as_ref(), strands.centre, strands.radius);
         let mut prepared = PreparedScene {
             strands: Arc::new(strands),
             lights,

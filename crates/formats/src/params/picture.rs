@@ -47,7 +47,7 @@ pub const CAMERA: Section<CameraSection> = Section {
     name: "camera",
     heading: "[camera]",
     kind: None,
-    help: "The view. Without it, the whole groom seen from +Z, in a picture of the scene's size.",
+    help: "The view. Without it, the whole groom seen from +Z; pictures higher than wide show less of it.",
     params: &[
         Param::numbers(
             "position",

@@ -127,9 +127,8 @@ impl Hosted {
                 section.extend(keys);
             }
             let section: CameraSection = serde_json::from_value(section).map_err(refused)?;
-            let scene = workspace.viewer.prepared();
-            let strands = &scene.strands;
-            let view = camera(Some(&section), scene.size, strands.centre, strands.radius);
+            let strands = &workspace.viewer.prepared().strands;
+            let view = camera(Some(&section), strands.centre, strands.radius);
             workspace.look_at_once(view)
         })
     }
