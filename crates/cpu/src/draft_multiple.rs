@@ -12,7 +12,7 @@ use super::halves::{n_numbers, whole};
 use super::radiance::Between;
 
 /// Most bytes of it.
-const MAX_BYTES: usize = 64 << 20;
+const MAX_BYTES: usize = 256 << 20;
 
 /// By place without a row.
 const NO_ROW: u32 = u32::MAX;

@@ -15,7 +15,7 @@ use super::super::radiance::Radiance;
 use super::super::unblocked::{Unblocked, VisiblePoint};
 
 /// Most bytes that are kept.
-const MAX_BYTES: usize = 64 << 20;
+const MAX_BYTES: usize = 256 << 20;
 
 /// Visible points that a thread works on at a time.
 const CHUNK: usize = 256;

@@ -184,7 +184,7 @@ impl Frame {
         let mut shading = Shading {
             quality,
             groups: match self.tables_of(scene) {
-                Some(_) => Arriving::groups(&lights.lit, n_places),
+                Some(_) => Arriving::groups(&lights.lit, n_places, picturing.has_drafts),
                 // Nothing is kept.
                 None => std::iter::once(0..lights.lit.len()).collect(),
             },
