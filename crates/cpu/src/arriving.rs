@@ -35,10 +35,8 @@ const N_NUMBERS: usize = 6;
 /// What 1 is in a number.
 const ONE: f32 = 65_535.0;
 
-/// Most bytes of the numbers of one group of lights: of a picture that is drawn once, and of one that is edited, where all
-/// lights in one group find what arrives of them ready at the next edit.
-const MAX_BYTES: usize = 112 << 20;
-const MAX_BYTES_FOR_EDITS: usize = 512 << 20;
+/// Most bytes of the numbers of one group of lights. Edits find ready what arrives where one group has all lights.
+const MAX_BYTES: usize = 512 << 20;
 
 /// Of a group of lights, at every visible point.
 #[derive(Clone, Debug, Default)]
@@ -168,14 +166,10 @@ impl AtPoint<'_> {
 }
 
 impl Arriving {
-    /// The groups of `lights`, indices, whose numbers at `n_places` points fit into memory. Are there edits to come?
-    pub fn groups(lights: &[u32], n_places: usize, has_edits: bool) -> Vec<Range<usize>> {
+    /// The groups of `lights`, indices, whose numbers at `n_places` points fit into memory.
+    pub fn groups(lights: &[u32], n_places: usize) -> Vec<Range<usize>> {
         let bytes = size_of::<u16>() * N_NUMBERS * n_places.max(1);
-        let most = match has_edits {
-            true => MAX_BYTES_FOR_EDITS,
-            false => MAX_BYTES,
-        };
-        let n = (most / bytes / LANES * LANES).max(LANES);
+        let n = (MAX_BYTES / bytes / LANES * LANES).max(LANES);
         (0..lights.len())
             .step_by(n)
             .map(|first| first..(first + n).min(lights.len()))

@@ -53,26 +53,26 @@ impl Radiance {
         }
     }
 
-    /// Gives `places` what lies between others; where it is known what was there `before`, that, as much brighter or darker as the
-    /// places about it have become: shadows stay where they were. What was not seen then is interpolated.
-    pub fn fill(&mut self, places: &[u32], between: &[Between], before: Option<&RadianceBefore>) {
-        let at = |place: &u32| self.at_between(*place as usize, between, before);
-        let along = |place: &u32| {
-            let place = *place as usize;
-            let of_before =
-                before.map(|before| (before, &before.radiance.along[..], before.least[1]));
-            value_between(&self.along, place, &between[place], of_before)
-        };
-        let some = || places.par_iter().with_min_len(PLACES_AT_ONCE);
-        let at: Vec<[f32; 4]> = some().map(at).collect();
-        if !self.along.is_empty() {
-            let along: Vec<Along> = some().map(along).collect();
-            for (place, along) in places.iter().zip(along) {
-                self.along[*place as usize] = along;
-            }
-        }
-        for (place, at) in places.iter().zip(at) {
-            self.at[*place as usize] = at;
+    /// Gives `places` what lies between the others, which are `done`; where it is known what was there `before`, that, as much
+    /// brighter or darker as the places about it have become: shadows stay where they were. What was not seen then is interpolated.
+    pub fn fill(
+        &mut self,
+        (done, places): (&[u32], &[u32]),
+        between: &[Between],
+        before: Option<&RadianceBefore>,
+    ) {
+        if let Some(before) = before {
+            let [of_at, of_along] = before.least;
+            let found = (done, places, between);
+            before.fill(&mut self.at, found, (&before.radiance.at, of_at));
+            before.fill(&mut self.along, found, (&before.radiance.along, of_along));
+        } else {
+            fill(&mut self.at, places, |values, place| {
+                mixed(values, &between[place])
+            });
+            fill(&mut self.along, places, |values, place| {
+                mixed(values, &between[place])
+            });
         }
     }
 
@@ -84,8 +84,21 @@ impl Radiance {
         between: &[Between],
         before: Option<&RadianceBefore>,
     ) -> [f32; 4] {
-        let before = before.map(|before| (before, &before.radiance.at[..], before.least[0]));
-        value_between(&self.at, place, &between[place], before)
+        let between = &between[place];
+        match before {
+            Some(before) if before.has(place, between) => {
+                let (was, least) = (&before.radiance.at[..], before.least[0]);
+                let factors = |about: usize| factors(&self.at[about], &was[about], least);
+                changed(
+                    mixed(&self.at, between),
+                    &was[place],
+                    least,
+                    between,
+                    factors,
+                )
+            }
+            _ => mixed(&self.at, between),
+        }
     }
 
     /// Adds to that at a place.
@@ -193,6 +206,11 @@ impl RadianceBefore {
         }
     }
 
+    /// Were all places seen then?
+    pub fn is_of_all(&self) -> bool {
+        self.was_seen.is_none()
+    }
+
     /// Radiance of the view before at the places, black where it was not seen; and where it was.
     pub fn seen(&self) -> Option<(Radiance, &[bool])> {
         Some((self.radiance.clone(), self.was_seen.as_deref()?))
@@ -204,6 +222,37 @@ impl RadianceBefore {
             let mut about = ends.iter().chain(beyond);
             was_seen[place] && about.all(|place| was_seen[*place])
         })
+    }
+
+    /// Gives `places` what [`changed`] from before, as the places that are `done` have; radiance up to `least` does not tell.
+    fn fill<T: Numbers>(
+        &self,
+        values: &mut [T],
+        (done, places, between): (&[u32], &[u32], &[Between]),
+        (was, least): (&[T], f32),
+    ) {
+        if values.is_empty() {
+            return;
+        }
+        // Each of these is beside many places.
+        let mut rows = vec![0_u32; values.len()];
+        for (row, place) in (0..).zip(done) {
+            rows[*place as usize] = row;
+        }
+        let of_place =
+            |place: &u32| factors(&values[*place as usize], &was[*place as usize], least);
+        let some = done.par_iter().with_min_len(PLACES_AT_ONCE);
+        let found: Vec<T> = some.map(of_place).collect();
+        fill(values, places, |values, place| {
+            let between = &between[place];
+            let mixed = mixed(values, between);
+            match self.has(place, between) {
+                true => changed(mixed, &was[place], least, between, |about| {
+                    found[rows[about] as usize]
+                }),
+                false => mixed,
+            }
+        });
     }
 
     /// Has it what `radiance` has, so that the one can be compared with the other?
@@ -251,22 +300,6 @@ impl Between {
     }
 }
 
-/// What lies between two others; with what was there before, and the least of it that counts, that as the others have changed.
-#[inline(always)]
-fn value_between<T: Numbers>(
-    values: &[T],
-    place: usize,
-    between: &Between,
-    before: Option<(&RadianceBefore, &[T], f32)>,
-) -> T {
-    match before {
-        Some((before, was, least)) if before.has(place, between) => {
-            changed(values, was, (place, between), least)
-        }
-        _ => mixed(values, between),
-    }
-}
-
 /// Interpolates.
 #[inline(always)]
 fn mixed<T: Numbers>(values: &[T], Between { ends, t, .. }: &Between) -> T {
@@ -277,35 +310,54 @@ fn mixed<T: Numbers>(values: &[T], Between { ends, t, .. }: &Between) -> T {
     a
 }
 
-/// Multiplies what a place had `before` by the interpolated factor by which those about it changed. Of radiance
-/// up to `least` there is no telling.
+/// Gives `places` what `at` says.
+fn fill<T: Numbers>(values: &mut [T], places: &[u32], at: impl Fn(&[T], usize) -> T + Sync) {
+    if values.is_empty() {
+        return;
+    }
+    let some = places.par_iter().with_min_len(PLACES_AT_ONCE);
+    let found: Vec<T> = some.map(|place| at(values, *place as usize)).collect();
+    for (place, found) in places.iter().zip(found) {
+        values[*place as usize] = found;
+    }
+}
+
+/// By how much what is radiance of a place has changed; of radiance up to `least` there is no telling.
+#[inline(always)]
+fn factors<T: Numbers>(is: &T, was: &T, least: f32) -> T {
+    let mut factors = *is;
+    let numbers = factors.numbers_mut().iter_mut().take(T::N_RADIANCE);
+    for (is, was) in numbers.zip(was.numbers()) {
+        *is = (*is + least) / (was + least);
+    }
+    factors
+}
+
+/// Multiplies what a place had before, `was`, by the interpolated [`factors`] of those about it, in place of what is
+/// interpolated, `found`.
 #[inline(always)]
 fn changed<T: Numbers>(
-    values: &[T],
-    before: &[T],
-    (place, between): (usize, &Between),
+    mut found: T,
+    was: &T,
     least: f32,
+    between: &Between,
+    factors: impl Fn(usize) -> T,
 ) -> T {
     let weights = between.weights();
     let Between { ends, beyond, .. } = between;
-    let about = [beyond[0], ends[0], ends[1], beyond[1]];
-    let (was, is) = (about.map(|at| before[at]), about.map(|at| values[at]));
+    let about = [beyond[0], ends[0], ends[1], beyond[1]].map(factors);
     // What may be negative has no factors.
-    let mut found = mixed(values, between);
     let radiance = found.numbers_mut().iter_mut().take(T::N_RADIANCE);
     for (ix, value) in radiance.enumerate() {
-        let factor_of =
-            |at: usize| (is[at].numbers()[ix] + least) / (was[at].numbers()[ix] + least);
-        let factors = [0, 1, 2, 3].map(factor_of);
-        let [_, a, b, _] = factors;
+        let [_, a, b, _] = [0, 1, 2, 3].map(|k: usize| about[k].numbers()[ix]);
         let factor: f32 = weights
             .iter()
-            .zip(factors)
-            .map(|(w, factor)| w * factor)
+            .zip(&about)
+            .map(|(w, about)| w * about.numbers()[ix])
             .sum();
         // A cubic swings beyond its ends.
         let factor = factor.clamp(0.5 * a.min(b), 2.0 * a.max(b));
-        *value = ((before[place].numbers()[ix] + least) * factor - least).max(0.0);
+        *value = ((was.numbers()[ix] + least) * factor - least).max(0.0);
     }
     found
 }
@@ -382,7 +434,8 @@ mod tests {
             }
         }
         let between: Vec<Between> = (0..10).map(at).collect();
-        now.fill(&[5], &between, Some(&RadianceBefore::new(before)));
+        let done = [1, 4, 6, 9];
+        now.fill((&done, &[5]), &between, Some(&RadianceBefore::new(before)));
         let expected = 25.0 * factor(5);
         assert!(
             (now.at[5][0] / expected - 1.0).abs() < 0.01,

@@ -15,6 +15,11 @@ const SHARES: [f64; 2] = [0.99, 0.9];
 /// Of neighbours along a strand that have such weight, one in so many is chosen.
 const STRIDE: usize = 3;
 
+/// Products of a point and a light in a picture soon after an edit. Where that would take more at one point in [`STRIDE`], fewer of
+/// these do for it, down to one in so many of them.
+const MOST_PRODUCTS: usize = 700_000;
+const MOST_BETWEEN: usize = 3;
+
 /// Share of the points with much weight that the view before must have shown, for its radiance to be carried over.
 const CARRIED_SHARE: f32 = 0.75;
 
@@ -28,6 +33,8 @@ pub(super) struct VisiblePoints {
     pub order: Vec<u32>,
     /// How many of `order` are one in so many.
     pub n_thinned: usize,
+    /// How many of these do where it is known what the others were before an edit, see [`MOST_PRODUCTS`]; they come first.
+    pub n_fewest: usize,
     /// How many make up nearly all of the picture.
     pub n_first: usize,
     /// Places of one in [`STRIDE`] of those that make up nearly all of the picture, at which bounce light is found: first
@@ -41,8 +48,8 @@ pub(super) struct VisiblePoints {
 
 impl VisiblePoints {
     /// Those of `list`, whose entries then have the place of their first point among these; that of
-    /// the second is the next.
-    pub fn number(list: &mut VisibilityList, strands: &Strands) -> VisiblePoints {
+    /// the second is the next. So many lights are on them.
+    pub fn number(list: &mut VisibilityList, strands: &Strands, n_lights: usize) -> VisiblePoints {
         let n_points = strands.points.len();
         // Halves, however many threads there are: sums are the same.
         let (first, second) = list.tiles.split_at(list.tiles.len() / 2);
@@ -75,7 +82,7 @@ impl VisiblePoints {
             list.tiles.par_iter_mut().for_each(number);
         });
         let is_joined = is_joined.into_iter().map(AtomicBool::into_inner).collect();
-        VisiblePoints::in_order(points, &has_weight, is_joined)
+        VisiblePoints::in_order(points, &has_weight, is_joined, n_lights)
     }
 
     /// By place: has it the weights of both [`SHARES`], and is the next one the other end of a segment?
@@ -83,27 +90,30 @@ impl VisiblePoints {
         points: Vec<u32>,
         [has_weight, has_much]: &[Vec<bool>; 2],
         is_joined: Vec<bool>,
+        n_lights: usize,
     ) -> VisiblePoints {
-        let of_bounce = || first_thinned(&thinned(has_weight, &is_joined), &is_joined);
+        let of_bounce =
+            || first_thinned(&thinned(has_weight, &is_joined, STRIDE), &is_joined, STRIDE);
         let order = || {
-            let is_thinned = thinned(has_much, &is_joined);
-            let places = 0..points.len() as u32;
-            let (mut order, others): (Vec<u32>, Vec<u32>) =
-                places.partition(|place| is_thinned[*place as usize]);
-            let n_thinned = order.len();
-            let (much, little): (Vec<u32>, Vec<u32>) = others
-                .into_iter()
-                .partition(|place| has_weight[*place as usize]);
+            let is_thinned = thinned(has_much, &is_joined, STRIDE);
+            let n_thinned = is_thinned.iter().filter(|is_thinned| **is_thinned).count();
+            let products = n_thinned.saturating_mul(n_lights);
+            let one_in = products.div_ceil(MOST_PRODUCTS).clamp(1, MOST_BETWEEN);
+            let (mut order, n_fewest) = first_thinned(&is_thinned, &is_joined, one_in);
+            let others = (0..points.len() as u32).filter(|place| !is_thinned[*place as usize]);
+            let (much, little): (Vec<u32>, Vec<u32>) =
+                others.partition(|place| has_weight[*place as usize]);
             order.extend(much);
             let n_first = order.len();
             order.extend(little);
-            (order, n_thinned, n_first)
+            (order, [n_fewest, n_thinned, n_first])
         };
-        let ((order, n_thinned, n_first), (of_bounce, n_first_of_bounce)) =
+        let ((order, [n_fewest, n_thinned, n_first]), (of_bounce, n_first_of_bounce)) =
             rayon::join(order, of_bounce);
         VisiblePoints {
             points,
             order,
+            n_fewest,
             n_thinned,
             n_first,
             of_bounce,
@@ -119,7 +129,7 @@ impl VisiblePoints {
             return;
         }
         let (done, others) = self.order.split_at(n_done);
-        radiance.fill(others, &self.between(done), before);
+        radiance.fill((done, others), &self.between(done), before);
     }
 
     /// Bounce light at some `places`, interpolated from those at which it is found, `n_done` of them; where it is known what it was
@@ -155,7 +165,7 @@ impl VisiblePoints {
         let between = between(was_seen, &self.is_joined);
         let places = 0..was_seen.len() as u32;
         let unseen: Vec<u32> = places.filter(|place| !was_seen[*place as usize]).collect();
-        radiance.fill(&unseen, &between, None);
+        radiance.fill((&[], &unseen), &between, None);
         Some(radiance)
     }
 
@@ -169,9 +179,9 @@ impl VisiblePoints {
     }
 }
 
-/// By place: is it one in [`STRIDE`] of those with weight? They are the middles of neighbours along a strand, and ends that no
+/// By place: is it one in `stride` of those with weight? They are the middles of neighbours along a strand, and ends that no
 /// middle is beside.
-fn thinned(has_weight: &[bool], is_joined: &[bool]) -> Vec<bool> {
+fn thinned(has_weight: &[bool], is_joined: &[bool], stride: usize) -> Vec<bool> {
     let goes_on = |place: usize| {
         is_joined[place] && has_weight[place] && has_weight.get(place + 1) == Some(&true)
     };
@@ -179,17 +189,17 @@ fn thinned(has_weight: &[bool], is_joined: &[bool]) -> Vec<bool> {
     (0..has_weight.len())
         .map(|place| {
             position = match place > 0 && goes_on(place - 1) {
-                true => (position + 1) % STRIDE,
+                true => (position + 1) % stride,
                 false => 0,
             };
-            let is_end = position == 0 && !goes_on(place);
-            has_weight[place] && (position == STRIDE / 2 || is_end)
+            let is_end = position < stride / 2 && !goes_on(place);
+            has_weight[place] && (position == stride / 2 || is_end)
         })
         .collect()
 }
 
-/// Places that are `wanted`: first one in [`STRIDE`] of those along a strand, then the others; and how many come first.
-fn first_thinned(wanted: &[bool], is_joined: &[bool]) -> (Vec<u32>, usize) {
+/// Places that are `wanted`: first one in `stride` of those along a strand, then the others; and how many come first.
+fn first_thinned(wanted: &[bool], is_joined: &[bool], stride: usize) -> (Vec<u32>, usize) {
     let places: Vec<u32> = (0..)
         .zip(wanted)
         .filter(|(_, is)| **is)
@@ -201,7 +211,7 @@ fn first_thinned(wanted: &[bool], is_joined: &[bool]) -> (Vec<u32>, usize) {
     };
     let mut goes_on: Vec<bool> = places.windows(2).map(are_of_a_strand).collect();
     goes_on.push(false);
-    let is_first = thinned(&vec![true; places.len()], &goes_on);
+    let is_first = thinned(&vec![true; places.len()], &goes_on, stride);
     let (mut first, others): (Vec<_>, Vec<_>) = places
         .into_iter()
         .zip(is_first)
@@ -306,6 +316,10 @@ mod tests {
 
     /// Two strands and, on the first, two points of little weight; before these and at its end, points of not much.
     fn visible() -> VisiblePoints {
+        visible_by(1)
+    }
+
+    fn visible_by(n_lights: usize) -> VisiblePoints {
         let has_weight = [
             true, true, true, true, true, false, false, true, true, true, true,
         ];
@@ -317,6 +331,7 @@ mod tests {
             (0..11).collect(),
             &[has_weight.to_vec(), has_much.to_vec()],
             is_joined.to_vec(),
+            n_lights,
         )
     }
 
@@ -325,8 +340,22 @@ mod tests {
         let visible = visible();
         assert_eq!(visible.order, [1, 3, 8, 0, 2, 4, 7, 9, 10, 5, 6]);
         assert_eq!((visible.n_thinned, visible.n_first), (3, 9));
+        assert_eq!(visible.n_fewest, 3);
         assert_eq!(visible.of_bounce, [4, 10, 1, 8]);
         assert_eq!(visible.n_first_of_bounce, 2);
+    }
+
+    #[test]
+    fn many_lights_are_shaded_at_fewer_places_first() {
+        let by = |n_lights: usize| visible_by(n_lights);
+        // Places 1 and 3 are on one strand, 8 is alone on its own.
+        let all = MOST_PRODUCTS / 3;
+        assert_eq!(by(all).n_fewest, 3);
+        let few = by(all + 1);
+        assert_eq!((few.n_fewest, few.n_thinned, few.n_first), (2, 3, 9));
+        assert_eq!(few.order, [3, 8, 1, 0, 2, 4, 7, 9, 10, 5, 6]);
+        let fewest = by(usize::MAX);
+        assert_eq!((fewest.n_fewest, &fewest.order[..3]), (2, &[3, 8, 1][..]));
     }
 
     #[test]
@@ -411,6 +440,7 @@ mod tests {
                 vec![false, true, false, false],
             ],
             vec![false, false, true, false],
+            1,
         );
         let mut radiance = Radiance::black(4, false);
         radiance.at[1] = [1.0; 4];

@@ -180,20 +180,21 @@ impl Frame {
         let has_maps = maps_of(lights, self.unblocked.as_ref(), through).is_some();
         let has_narrow = has_maps && lights.has_narrow();
         let radiance = Radiance::black(n_places, has_narrow);
-        let has_before = (self.before.as_ref()).is_some_and(|before| before.is_like(&radiance));
+        let before = (self.before.as_ref()).filter(|before| before.is_like(&radiance));
         let mut shading = Shading {
             quality,
             groups: match self.tables_of(scene) {
-                Some(_) => Arriving::groups(&lights.lit, n_places, picturing.has_drafts),
+                Some(_) => Arriving::groups(&lights.lit, n_places),
                 // Nothing is kept.
                 None => std::iter::once(0..lights.lit.len()).collect(),
             },
             group: 0,
             order: visible.order.clone(),
             // Shares of the volume change slowly along strands.
-            n_first: match has_before || self.unblocked.is_none() {
-                true => visible.n_thinned,
-                false => visible.n_first,
+            n_first: match before {
+                Some(before) if before.is_of_all() => visible.n_fewest,
+                None if self.unblocked.is_some() => visible.n_first,
+                _ => visible.n_thinned,
             },
             n_done: 0,
             radiance,
