@@ -567,6 +567,19 @@ mod tests {
         assert_eq!((again.n_found, again.rows.len()), (1, 3));
     }
 
+    /// Those of the paper's densest scene keep all of it from edit to edit; more than fits comes in groups of whole vectors.
+    #[test]
+    fn lights_come_in_as_few_groups_as_fit() {
+        assert_eq!(Arriving::groups(&[0; 41], 365_000), vec![0..41]);
+        let groups = Arriving::groups(&[0; 41], 2_000_000);
+        assert_eq!(groups, [0..16, 16..32, 32..41]);
+        let bytes = |n_lights: usize| size_of::<u16>() * N_NUMBERS * n_lights * 2_000_000;
+        assert!(bytes(16) <= MAX_BYTES && bytes(24) > MAX_BYTES);
+        // One vector at least, and no light has no group.
+        assert_eq!(Arriving::groups(&[0; 9], usize::MAX / 100), [0..8, 8..9]);
+        assert!(Arriving::groups(&[], 7).is_empty());
+    }
+
     #[test]
     fn places_are_looked_for_where_they_are_wanted() {
         let mut arriving = Arriving::new(&[0], 4);
