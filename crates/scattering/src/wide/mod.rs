@@ -72,12 +72,12 @@ pub const LANES: usize = 8;
 #[cfg(test)]
 pub(crate) fn levels() -> Vec<(&'static str, Level)> {
     let best = Level::new();
-    let mut levels = vec![("best", best)];
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    {
-        levels.extend(best.as_sse2().map(|sse2| ("SSE2", sse2.level())));
-    }
-    #[cfg(feature = "fallback")]
-    levels.push(("none", Level::Fallback(fearless_simd::Fallback::new())));
-    levels
+    let levels = [
+        Some(("best", best)),
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        best.as_sse2().map(|sse2| ("SSE2", sse2.level())),
+        #[cfg(feature = "fallback")]
+        Some(("none", Level::Fallback(fearless_simd::Fallback::new()))),
+    ];
+    levels.into_iter().flatten().collect()
 }
