@@ -118,7 +118,7 @@ impl DraftMultiple {
     /// maps any. Times the view's radiance scale.
     #[inline(always)]
     pub fn at(&self, between: &Between, unblocked: &[[f32; LANES]]) -> [f32; 4] {
-        let [a, b] = between.ends.map(|end| self.row_of[end]);
+        let [a, b] = between.ends.map(|end| self.row_of[end as usize]);
         if a == NO_ROW || b == NO_ROW {
             return [0.0; 4];
         }
@@ -184,7 +184,7 @@ mod tests {
         assert!(draft.is_whole());
         let mut unblocked = [0.0; LANES];
         (unblocked[0], unblocked[1]) = (0.5, 0.25);
-        let at = |place: usize, ends: [usize; 2]| {
+        let at = |place: usize, ends: [u32; 2]| {
             let t = (place as f32 - ends[0] as f32) / 4.0;
             let between = Between {
                 ends,

@@ -1,11 +1,15 @@
 //! Radiance of the visible points: at them, and along the segments between them.
 
 use rayon::prelude::*;
+use strandlight_scattering::wide::LANES;
 
 use super::along_segments::{Along, PLACES};
 
 /// Places that a thread interpolates at a time.
 const PLACES_AT_ONCE: usize = 1 << 12;
+
+/// Values that a thread adds up at a time.
+const VALUES_AT_ONCE: usize = 1 << 14;
 
 /// Radiance of the visible points.
 #[derive(Clone, Debug)]
@@ -53,30 +57,33 @@ impl Radiance {
         }
     }
 
-    /// Gives `places` what lies between the others, which are `done`; where it is known what was there `before`, that, as much
-    /// brighter or darker as the places about it have become: shadows stay where they were. What was not seen then is interpolated.
-    pub fn fill(
-        &mut self,
-        (done, places): (&[u32], &[u32]),
+    /// At all places, what lies between those that are `done`, which keep what they have; where it is known what was there `before`, that, as
+    /// much brighter or darker as the places about it have become: shadows stay where they were. What was not seen then is interpolated.
+    pub fn filled(
+        &self,
+        done: &[u32],
         between: &[Between],
         before: Option<&RadianceBefore>,
-    ) {
-        if let Some(before) = before {
-            let [of_at, of_along] = before.least;
-            let found = (done, places, between);
-            before.fill(&mut self.at, found, (&before.radiance.at, of_at));
-            before.fill(&mut self.along, found, (&before.radiance.along, of_along));
-        } else {
-            fill(&mut self.at, places, |values, place| {
-                mixed(values, &between[place])
-            });
-            fill(&mut self.along, places, |values, place| {
-                mixed(values, &between[place])
-            });
+    ) -> Radiance {
+        match before {
+            Some(before) => {
+                let [of_at, of_along] = before.least;
+                let was = &before.radiance;
+                Radiance {
+                    at: before.filled(&self.at, (done, between), (&was.at, of_at)),
+                    along: before.filled(&self.along, (done, between), (&was.along, of_along)),
+                }
+            }
+            None => Radiance {
+                at: filled(&self.at, between, |place| mixed(&self.at, &between[place])),
+                along: filled(&self.along, between, |place| {
+                    mixed(&self.along, &between[place])
+                }),
+            },
         }
     }
 
-    /// The same at one place.
+    /// The same of that at one place.
     #[inline(always)]
     pub fn at_between(
         &self,
@@ -142,6 +149,22 @@ impl Radiance {
     }
 }
 
+/// The same for any number of threads.
+fn sum(values: &[f32]) -> f32 {
+    let of_some = |some: &[f32]| {
+        let mut sums = [0.0; LANES];
+        let (eights, rest) = some.as_chunks::<LANES>();
+        for eight in eights {
+            for (sum, value) in sums.iter_mut().zip(eight) {
+                *sum += value;
+            }
+        }
+        sums.iter().chain(rest).sum()
+    };
+    let sums: Vec<f32> = values.par_chunks(VALUES_AT_ONCE).map(of_some).collect();
+    sums.iter().sum()
+}
+
 /// Of the channels.
 pub(super) fn mean([r, g, b]: [f32; 3]) -> f32 {
     (r + g + b) * (1.0 / 3.0)
@@ -175,7 +198,7 @@ impl RadianceBefore {
     /// Of a complete picture.
     pub fn new(radiance: Radiance) -> RadianceBefore {
         const LEAST: f32 = 0.02;
-        let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len().max(1) as f32;
+        let mean = |values: &[f32]| sum(values) / values.len().max(1) as f32;
         let at = mean(radiance.at.as_flattened());
         let along = mean(radiance.along.as_flattened().as_flattened());
         RadianceBefore {
@@ -220,19 +243,20 @@ impl RadianceBefore {
     fn has(&self, place: usize, Between { ends, beyond, .. }: &Between) -> bool {
         self.was_seen.as_ref().is_none_or(|was_seen| {
             let mut about = ends.iter().chain(beyond);
-            was_seen[place] && about.all(|place| was_seen[*place])
+            was_seen[place] && about.all(|place| was_seen[*place as usize])
         })
     }
 
-    /// Gives `places` what [`changed`] from before, as the places that are `done` have; radiance up to `least` does not tell.
-    fn fill<T: Numbers>(
+    /// `values` of the places that are `done`, and at the others what [`changed`] from before as these have; radiance up to `least` does not
+    /// tell.
+    fn filled<T: Numbers>(
         &self,
-        values: &mut [T],
-        (done, places, between): (&[u32], &[u32], &[Between]),
+        values: &[T],
+        (done, between): (&[u32], &[Between]),
         (was, least): (&[T], f32),
-    ) {
+    ) -> Vec<T> {
         if values.is_empty() {
-            return;
+            return Vec::new();
         }
         // Each of these is beside many places.
         let mut rows = vec![0_u32; values.len()];
@@ -243,7 +267,7 @@ impl RadianceBefore {
             |place: &u32| factors(&values[*place as usize], &was[*place as usize], least);
         let some = done.par_iter().with_min_len(PLACES_AT_ONCE);
         let found: Vec<T> = some.map(of_place).collect();
-        fill(values, places, |values, place| {
+        filled(values, between, |place| {
             let between = &between[place];
             let mixed = mixed(values, between);
             match self.has(place, between) {
@@ -252,7 +276,7 @@ impl RadianceBefore {
                 }),
                 false => mixed,
             }
-        });
+        })
     }
 
     /// Has it what `radiance` has, so that the one can be compared with the other?
@@ -265,15 +289,20 @@ impl RadianceBefore {
 /// Where a place lies among others of its strand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Between {
-    /// The nearest ones before and after it.
-    pub ends: [usize; 2],
+    /// The nearest ones before and after it; twice itself if it is one of them.
+    pub ends: [u32; 2],
     /// The next ones beyond these; an end itself where there is none.
-    pub beyond: [usize; 2],
+    pub beyond: [u32; 2],
     /// How far it lies from the one end to the other, 0..1; outside where there is none on the other side.
     pub t: f32,
 }
 
 impl Between {
+    /// Is it one of the others itself?
+    pub fn is_at(&self, place: usize) -> bool {
+        self.ends == [place as u32; 2]
+    }
+
     /// Weights of what is before, both ends, and after in a cubic through the ends, whose slopes there are those
     /// between the places on either side; in a line outside.
     fn weights(&self) -> [f32; 4] {
@@ -303,23 +332,21 @@ impl Between {
 /// Interpolates.
 #[inline(always)]
 fn mixed<T: Numbers>(values: &[T], Between { ends, t, .. }: &Between) -> T {
-    let ([mut a, b], t) = (ends.map(|end| values[end]), t.clamp(0.0, 1.0));
+    let ([mut a, b], t) = (ends.map(|end| values[end as usize]), t.clamp(0.0, 1.0));
     for (a, b) in a.numbers_mut().iter_mut().zip(b.numbers()) {
         *a += (b - *a) * t;
     }
     a
 }
 
-/// Gives `places` what `at` says.
-fn fill<T: Numbers>(values: &mut [T], places: &[u32], at: impl Fn(&[T], usize) -> T + Sync) {
-    if values.is_empty() {
-        return;
-    }
-    let some = places.par_iter().with_min_len(PLACES_AT_ONCE);
-    let found: Vec<T> = some.map(|place| at(values, *place as usize)).collect();
-    for (place, found) in places.iter().zip(found) {
-        values[*place as usize] = found;
-    }
+/// `values` of the places that they are known at, and at the others what `at` says.
+fn filled<T: Numbers>(values: &[T], between: &[Between], at: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let of_place = |(place, value): (usize, &T)| match between[place].is_at(place) {
+        true => *value,
+        false => at(place),
+    };
+    let places = values.par_iter().with_min_len(PLACES_AT_ONCE);
+    places.enumerate().map(of_place).collect()
 }
 
 /// By how much what is radiance of a place has changed; of radiance up to `least` there is no telling.
@@ -345,7 +372,7 @@ fn changed<T: Numbers>(
 ) -> T {
     let weights = between.weights();
     let Between { ends, beyond, .. } = between;
-    let about = [beyond[0], ends[0], ends[1], beyond[1]].map(factors);
+    let about = [beyond[0], ends[0], ends[1], beyond[1]].map(|place| factors(place as usize));
     // What may be negative has no factors.
     let radiance = found.numbers_mut().iter_mut().take(T::N_RADIANCE);
     for (ix, value) in radiance.enumerate() {
@@ -433,9 +460,19 @@ mod tests {
                 now.at[place] = [before.at[place][0] * factor(place); 4];
             }
         }
-        let between: Vec<Between> = (0..10).map(at).collect();
         let done = [1, 4, 6, 9];
-        now.fill((&done, &[5]), &between, Some(&RadianceBefore::new(before)));
+        let itself = |place: u32| Between {
+            ends: [place; 2],
+            beyond: [place; 2],
+            t: 0.0,
+        };
+        let between: Vec<Between> = (0..10)
+            .map(|place| match done.contains(&place) {
+                true => itself(place),
+                false => at(place as usize),
+            })
+            .collect();
+        let now = now.filled(&done, &between, Some(&RadianceBefore::new(before)));
         let expected = 25.0 * factor(5);
         assert!(
             (now.at[5][0] / expected - 1.0).abs() < 0.01,

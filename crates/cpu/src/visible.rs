@@ -122,14 +122,19 @@ impl VisiblePoints {
         }
     }
 
-    /// Interpolates from the `n_done` places of the order that are done to the others; where it is known what
-    /// was there `before`, in its shadows.
-    pub fn fill(&self, radiance: &mut Radiance, n_done: usize, before: Option<&RadianceBefore>) {
+    /// Radiance that is found at the first `n_done` places of the order, interpolated at the others; where it is known what was there `before`,
+    /// in its shadows.
+    pub fn filled(
+        &self,
+        radiance: &Radiance,
+        n_done: usize,
+        before: Option<&RadianceBefore>,
+    ) -> Radiance {
         if n_done == 0 || n_done == self.order.len() {
-            return;
+            return radiance.clone();
         }
-        let (done, others) = self.order.split_at(n_done);
-        radiance.fill((done, others), &self.between(done), before);
+        let done = &self.order[..n_done];
+        radiance.filled(done, &self.between(done), before)
     }
 
     /// Bounce light at some `places`, interpolated from those at which it is found, `n_done` of them; where it is known what it was
@@ -146,7 +151,7 @@ impl VisiblePoints {
         let between = self.between(&self.of_bounce[..n_done]);
         let at = |place: &u32| {
             let place = *place as usize;
-            match between[place].ends == [place; 2] {
+            match between[place].is_at(place) {
                 true => found.at[place],
                 false => found.at_between(place, &between, before),
             }
@@ -156,17 +161,14 @@ impl VisiblePoints {
 
     /// Radiance of the view before, and along the strands between points that it showed; [`None`] where these are too few.
     pub fn carried(&self, before: &RadianceBefore) -> Option<Radiance> {
-        let (mut radiance, was_seen) = before.seen()?;
+        let (radiance, was_seen) = before.seen()?;
         let first = &self.order[..self.n_first];
         let n_seen = first.iter().filter(|place| was_seen[**place as usize]);
         if (n_seen.count() as f32) < CARRIED_SHARE * first.len() as f32 {
             return None;
         }
         let between = between(was_seen, &self.is_joined);
-        let places = 0..was_seen.len() as u32;
-        let unseen: Vec<u32> = places.filter(|place| !was_seen[*place as usize]).collect();
-        radiance.fill((&[], &unseen), &between, None);
-        Some(radiance)
+        Some(radiance.filled(&[], &between, None))
     }
 
     /// By place: those about it of the places that are `done`.
@@ -223,49 +225,52 @@ fn first_thinned(wanted: &[bool], is_joined: &[bool], stride: usize) -> (Vec<u32
 
 /// By place: those about it that are done. Where there are none on its strand, one of another.
 fn between(is_done: &[bool], is_joined: &[bool]) -> Vec<Between> {
+    // No place.
+    const NONE: u32 = u32::MAX;
     let n = is_done.len();
-    let mut before: Vec<Option<usize>> = vec![None; n];
-    let mut after = before.clone();
+    let mut before = vec![NONE; n];
+    let mut after = vec![NONE; n];
     for place in 0..n {
-        before[place] = match (is_done[place], place) {
-            (true, _) => Some(place),
-            (false, 1..) if is_joined[place - 1] => before[place - 1],
-            _ => None,
-        };
+        if is_done[place] {
+            before[place] = place as u32;
+        } else if place > 0 && is_joined[place - 1] {
+            before[place] = before[place - 1];
+        }
     }
     for place in (0..n).rev() {
-        after[place] = match is_done[place] {
-            true => Some(place),
-            false if is_joined[place] => after.get(place + 1).copied().flatten(),
-            false => None,
-        };
+        if is_done[place] {
+            after[place] = place as u32;
+        } else if is_joined[place] && place + 1 < n {
+            after[place] = after[place + 1];
+        }
     }
-    // The next done one on the same strand, away from `place`.
-    let beyond_before = |place: usize| match place {
-        1.. if is_joined[place - 1] => before[place - 1],
-        _ => None,
+    // The next done one on the same strand, away from `place`; else itself.
+    let beyond_before = |place: u32| match place {
+        1.. if is_joined[place as usize - 1] && before[place as usize - 1] != NONE => {
+            before[place as usize - 1]
+        }
+        _ => place,
     };
-    let beyond_after = |place: usize| match is_joined[place] {
-        true => after.get(place + 1).copied().flatten(),
-        false => None,
+    let beyond_after = |place: u32| match after.get(place as usize + 1) {
+        Some(&after) if is_joined[place as usize] && after != NONE => after,
+        _ => place,
     };
-    let mut last = is_done.iter().position(|is_done| *is_done).unwrap_or(0);
+    let mut last = is_done.iter().position(|is_done| *is_done).unwrap_or(0) as u32;
     (0..n)
         .map(|place| {
             let ends = match (before[place], after[place]) {
-                (Some(a), Some(b)) if a < b => [a, b],
-                // Done itself.
-                (Some(a), Some(_)) => [a, a],
-                // Beyond the last one, or before the first.
-                (Some(a), None) => [beyond_before(a).unwrap_or(a), a],
-                (None, Some(b)) => [b, beyond_after(b).unwrap_or(b)],
-                (None, None) => [last, last],
+                (NONE, NONE) => [last, last],
+                // Before the first one, or beyond the last.
+                (NONE, b) => [b, beyond_after(b)],
+                (a, NONE) => [beyond_before(a), a],
+                // Both are the place itself if it is done.
+                (a, b) => [a, b],
             };
             let [a, b] = ends;
             last = b;
             Between {
                 ends,
-                beyond: [beyond_before(a).unwrap_or(a), beyond_after(b).unwrap_or(b)],
+                beyond: [beyond_before(a), beyond_after(b)],
                 t: (place as f32 - a as f32) / (b - a).max(1) as f32,
             }
         })
@@ -366,7 +371,7 @@ mod tests {
             radiance.at[place] = [place as f32, 0.0, 0.0, 0.0];
             radiance.along[place] = [[place as f32; 3]; _];
         }
-        visible.fill(&mut radiance, visible.n_thinned + 2, None);
+        let radiance = visible.filled(&radiance, visible.n_thinned + 2, None);
         let expected = [0.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0, 8.0, 8.0, 8.0, 8.0];
         for (place, expected) in expected.into_iter().enumerate() {
             assert!((radiance.at[place][0] - expected).abs() < 1e-5, "{place}");
@@ -444,9 +449,9 @@ mod tests {
         );
         let mut radiance = Radiance::black(4, false);
         radiance.at[1] = [1.0; 4];
-        visible.fill(&mut radiance, visible.n_thinned, None);
+        let radiance = visible.filled(&radiance, visible.n_thinned, None);
         assert_eq!(radiance.at, [[1.0; 4]; 4]);
-        VisiblePoints::default().fill(&mut radiance, 0, None);
+        let radiance = VisiblePoints::default().filled(&radiance, 0, None);
         assert_eq!(radiance.at, [[1.0; 4]; 4]);
     }
 }

@@ -97,10 +97,12 @@ impl Frame {
                 self.served.shadowing = Some(shadowing);
             }
             Some(Shadowing {
-                places, radiance, ..
+                places,
+                mut radiance,
+                ..
             }) => {
-                let radiance = self.with_bounce(picturing.scene, radiance, &places);
-                let radiance = self.filled(radiance, places.len());
+                self.add_bounce(picturing.scene, &mut radiance, &places);
+                let radiance = self.filled(&radiance, places.len());
                 self.served.forget_draft();
                 self.show(picturing, Quality::Shadowed, radiance);
             }
@@ -269,18 +271,24 @@ impl Frame {
                 self.finish_shading(picturing);
             }
         } else if is_last && is_first_done && picturing.has_drafts && !has_better {
-            let (radiance, done) = (&shading.radiance, &shading.order[..shading.n_done]);
-            let (radiance, done) = (radiance.clone(), done.to_vec());
-            let radiance = self.with_bounce(picturing.scene, radiance, &done);
-            let radiance = self.filled(radiance, done.len());
-            self.show(picturing, Quality::Most, radiance);
+            let done = shading.order[..shading.n_done].to_vec();
+            let Radiance { at, along } = &mut shading.radiance;
+            // That along segments is much, and stays as it is.
+            let (at, along) = (at.clone(), std::mem::take(along));
+            let mut found = Radiance { at, along };
+            self.add_bounce(picturing.scene, &mut found, &done);
+            let filled = self.filled(&found, done.len());
+            if let Some(shading) = &mut self.shading {
+                shading.radiance.along = found.along;
+            }
+            self.show(picturing, Quality::Most, filled);
         }
     }
 
     /// Adds the light of the proxies to that of the lights at the places that are `done`.
-    fn with_bounce(&self, scene: &PreparedScene, mut radiance: Radiance, done: &[u32]) -> Radiance {
+    fn add_bounce(&self, scene: &PreparedScene, radiance: &mut Radiance, done: &[u32]) {
         let Some((_, visible)) = &self.list else {
-            return radiance;
+            return;
         };
         // Painted points have it.
         if self.bounce.is_some() && self.tables_of(scene).is_some() {
@@ -291,17 +299,16 @@ impl Frame {
                 radiance.add_at(*place, bounced);
             }
         }
-        radiance
     }
 
-    /// Interpolates from the first `n_done` places of the order to the others.
-    fn filled(&self, mut radiance: Radiance, n_done: usize) -> Radiance {
-        if let Some((_, visible)) = &self.list {
-            let before = self.before.as_ref();
-            let before = before.filter(|before| before.is_like(&radiance));
-            visible.fill(&mut radiance, n_done, before);
+    /// With what is interpolated from the first `n_done` places of the order to the others.
+    fn filled(&self, radiance: &Radiance, n_done: usize) -> Radiance {
+        let before = self.before.as_ref();
+        let before = before.filter(|before| before.is_like(radiance));
+        match &self.list {
+            Some((_, visible)) => visible.filled(radiance, n_done, before),
+            None => radiance.clone(),
         }
-        radiance
     }
 
     fn finish_shading(&mut self, picturing: &Picturing) {
@@ -312,9 +319,10 @@ impl Frame {
                 false => shading.n_first,
             };
             let done = &shading.order[..n_done];
-            let mut radiance = self.with_bounce(picturing.scene, shading.radiance, done);
+            let mut radiance = shading.radiance;
+            self.add_bounce(picturing.scene, &mut radiance, done);
             if !is_whole {
-                radiance = self.filled(radiance, n_done);
+                radiance = self.filled(&radiance, n_done);
             }
             self.stats.set_terms(&shading.counts.terms);
             if is_whole {
