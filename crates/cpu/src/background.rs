@@ -37,7 +37,10 @@ pub struct BackgroundRenderer {
     size: [u32; 2],
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
-    /// Requests so far, and the last of them that asked for another view.
+    /// What was edited since the thread was last told. It is told all at once, so that it draws no scene between two edits that are
+    /// made together.
+    unsent: Vec<Edit>,
+    /// Requests so far, that of `unsent` included, and the last of them that asked for another view.
     n_requests: u64,
     last_view: u64,
     display: Display,
@@ -133,6 +136,7 @@ impl BackgroundRenderer {
             size,
             shared,
             thread: Some(thread),
+            unsent: Vec::new(),
             n_requests: 0,
             last_view: 0,
             display: Display::default(),
@@ -148,6 +152,7 @@ impl BackgroundRenderer {
     /// # Errors
     /// A picture that is too large; strands that wind cannot bend, as [`Strands::moved`](strandlight_scene::strands::Strands::moved).
     pub fn advance(&mut self, budget: Duration) -> Result<PictureProgress, RenderError> {
+        self.send_edits();
         // It fails again at once, if it does.
         let is_again = mem::take(&mut self.is_failed);
         if is_again {
@@ -234,7 +239,12 @@ impl BackgroundRenderer {
     }
 
     fn ask(&mut self, request: Request) {
+        self.send_edits();
         self.n_requests += 1;
+        self.push(request);
+    }
+
+    fn push(&mut self, request: Request) {
         let mut state = self.shared.lock();
         state.is_watched &= !matches!(request, Request::Scene(_));
         // Nobody would answer it.
@@ -245,25 +255,44 @@ impl BackgroundRenderer {
         self.shared.is_asked.notify_one();
     }
 
-    /// The scene was edited, and the thread is told.
+    /// The scene was edited.
     fn take(&mut self, edits: impl IntoIterator<Item = Edit>) {
-        let edits: Vec<Edit> = edits.into_iter().collect();
-        if edits.is_empty() {
+        let was_empty = self.unsent.is_empty();
+        let n_before = self.unsent.len();
+        self.unsent.extend(edits);
+        if was_empty && !self.unsent.is_empty() {
+            self.n_requests += 1;
+        }
+        if self.unsent[n_before..].contains(&Edit::View) {
+            self.last_view = self.n_requests;
+        }
+    }
+
+    /// Tells the thread what was edited.
+    fn send_edits(&mut self) {
+        if self.unsent.is_empty() {
             return;
         }
-        let is_view = edits.contains(&Edit::View);
+        let edits = mem::take(&mut self.unsent);
         let edited = Box::new(self.edited.clone());
         let mut state = self.shared.lock();
         // One scene is enough of those that wait.
         if let Some(Request::Edited(waiting, before)) = state.requests.last_mut() {
             *waiting = edited;
             before.extend(edits);
+            self.n_requests -= 1;
+            self.last_view = self.last_view.min(self.n_requests);
         } else {
             drop(state);
-            self.ask(Request::Edited(edited, edits));
+            self.push(Request::Edited(edited, edits));
         }
-        if is_view {
-            self.last_view = self.n_requests;
+    }
+
+    /// What was edited is part of a scene that is replaced.
+    fn forget_edits(&mut self) {
+        if !self.unsent.is_empty() {
+            self.unsent.clear();
+            self.n_requests -= 1;
         }
     }
 
@@ -392,6 +421,7 @@ impl Backend for BackgroundRenderer {
     }
 
     fn set_scene(&mut self, scene: PreparedScene) -> Result<(), RenderError> {
+        self.forget_edits();
         self.size = scene.size;
         self.edited = EditedScene::new(scene);
         self.ask(Request::Scene(Box::new(self.edited.clone())));

@@ -58,7 +58,11 @@ impl Frame {
             self.served.forget_draft();
         }
         if is_shading_stale && edit != Edit::Colors {
-            self.forget_kept();
+            // Its places may be others.
+            match Stage::List.inputs().contains(&edit) {
+                true => self.served.kept = None,
+                false => self.outdate_kept(),
+            }
             match edit {
                 // Paint is no matter of plain points.
                 Edit::Paint | Edit::View => {}
@@ -179,9 +183,9 @@ impl Frame {
         }
     }
 
-    fn forget_kept(&mut self) {
+    fn outdate_kept(&mut self) {
         if let Some(kept) = &mut self.served.kept {
-            kept.forget();
+            kept.outdate();
         }
     }
 

@@ -264,7 +264,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         self.renderer.scene()
     }
 
-    /// See [`Session::edit`].
+    /// See [`Session::edit`]. A stroke that is being made ends before another groom comes.
     ///
     /// # Errors
     /// As there, or what cannot be drawn; nothing is changed then.
@@ -273,7 +273,12 @@ impl<B: Backend + ?Sized> Viewer<B> {
         label: &str,
         change: impl FnOnce(&mut Scene),
     ) -> Result<Change, SessionError> {
-        let change = self.session.edit(label, change)?;
+        let mut after = self.session.scene().clone();
+        change(&mut after);
+        if after.groom != self.session.scene().groom {
+            self.release()?;
+        }
+        let change = self.session.edit(label, |scene| *scene = after)?;
         Ok(self.show_edit(change)?)
     }
 
@@ -469,7 +474,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// Shows the scene at `seconds` since the start of the motion.
     ///
     /// # Errors
-    /// What cannot be drawn, by name; whatever the device refuses.
+    /// What cannot be drawn, by name; whatever the device refuses. The hair stays where it was then.
     pub fn set_time(&mut self, seconds: f64) -> Result<(), RenderError> {
         self.time = seconds;
         self.n_beside_look += u64::from(self.motion.is_some());
@@ -519,7 +524,10 @@ impl<B: Backend + ?Sized> Viewer<B> {
     /// Shows what an edit of the document changed; takes the edit back if that cannot be.
     fn show_edit(&mut self, change: Change) -> Result<Change, RenderError> {
         match self.show(&change) {
-            Ok(()) => Ok(change),
+            Ok(()) => {
+                self.session.keep_edit();
+                Ok(change)
+            }
             Err(error) => {
                 if let Some(back) = self.session.abandon() {
                     // It was drawn before.

@@ -112,6 +112,68 @@ fn edits_end_as_they_do_without_a_thread() {
     }
 }
 
+/// What was kept of lights that are all off now is that of another view.
+#[test]
+fn hair_without_light_is_black_from_everywhere() {
+    let near = |scene: &PreparedScene| {
+        let mut camera = scene.camera;
+        camera.eye = camera.eye.lerp(camera.target, 0.7);
+        camera
+    };
+    for n_maps in [0, 24] {
+        let mut scene = scene();
+        scene.shadow_maps = n_maps;
+        let black = vec![[0.0; 3]; scene.lights.len()];
+        for are_gone in [false, true] {
+            let mut live = InteractiveRenderer::new(scene.clone());
+            let mut finish = |edit: &dyn Fn(&mut InteractiveRenderer)| {
+                edit(&mut live);
+                while !live.advance(Duration::ZERO).expect("a step").is_done {}
+                live.display().pixels.to_vec()
+            };
+            let lit = finish(&|live| live.set_camera(near(&scene)));
+            let dark = finish(&|live| match are_gone {
+                true => live.set_lights(Vec::new()).expect("no lights"),
+                false => live.set_light_colors(&black).expect("as many"),
+            });
+            assert!(lit != dark);
+            // More of the hair.
+            let all = finish(&|live| live.set_camera(scene.camera));
+            let mut fresh = scene.clone();
+            fresh.set_light_colors(&black).expect("as many");
+            let mut fresh = InteractiveRenderer::new(fresh);
+            while !fresh.advance(Duration::ZERO).expect("a step").is_done {}
+            assert!(all == fresh.display().pixels, "{n_maps} maps, {are_gone}");
+        }
+    }
+}
+
+/// Lights that are turned while they are off never show.
+#[test]
+fn edits_that_are_made_together_are_drawn_together() {
+    let scene = scene();
+    let black = vec![[0.0; 3]; scene.lights.len()];
+    let mut live = BackgroundRenderer::new(scene.clone());
+    live.set_light_colors(&black).expect("as many");
+    finish(&mut live);
+    let dark = live.display().pixels.to_vec();
+    for ix in 0..scene.lights.len() {
+        let mut lights = scene.lights.clone();
+        lights[ix].direction = [0.0, 0.0, 1.0];
+        live.set_lights(lights).expect("lights");
+        // Time for the thread to look after edits.
+        std::thread::sleep(Duration::from_millis(50));
+        live.set_light_colors(&black).expect("as many");
+        loop {
+            let progress = live.advance(LONG).expect("a picture");
+            assert!(live.display().pixels == dark, "{ix}");
+            if progress.is_done {
+                break;
+            }
+        }
+    }
+}
+
 /// Whoever sets wind does not wait until strands are bent.
 #[test]
 fn strands_follow_the_wind_once_the_thread_has_bent_them() {

@@ -70,8 +70,8 @@ impl Kept {
         n_numbers(self.lights.len() + N_NODES * self.narrow.len())
     }
 
-    /// What was found is that of another scene.
-    pub fn forget(&mut self) {
+    /// What was found is that of another fibre, or of other shadows: the lights and places are the same.
+    pub fn outdate(&mut self) {
         self.is_found.fill(false);
     }
 
@@ -250,7 +250,7 @@ mod tests {
         kept.take(&without, &[0, 1], &vec![0; 2 * n]);
         kept.is_taken(&without);
         assert_eq!(kept.at(&all, 4.0)[0], [4.0, 0.0, 0.0, 0.0]);
-        kept.forget();
+        kept.outdate();
         assert!(!kept.serves(&all));
     }
 

@@ -31,7 +31,7 @@ impl Frame {
         }
         let before = self.lights.take().map(|before| before.plan);
         if before.as_ref() != Some(&plan) {
-            self.forget_kept();
+            self.served.kept = None;
             self.forget(Stage::ShadowMaps);
             self.served.arriving_before = None;
         }

@@ -287,8 +287,8 @@ impl Frame {
                     lit: (bytes > MAX_PROXY_BYTES).then(|| Proxies::new(scene)),
                 }
             });
-            // The black ones are no work.
-            let is_work = |ix: &usize| of_all[*ix].power > 0.0 && !beside.is_empty();
+            // Those that were black when their records were made are no work.
+            let is_work = |ix: &usize| records.is_lit[*ix] == Some(true) && !beside.is_empty();
             let next = (found.n_done..of_all.len()).filter(is_work);
             let next: Vec<usize> = next.take(rayon::current_num_threads()).collect();
             let n = grid.n_voxels();

@@ -41,6 +41,12 @@ impl Step {
         }
     }
 
+    /// Does it bring another groom?
+    fn has_other_groom(&self) -> bool {
+        self.snapshots()
+            .is_some_and(|[before, after]| !Arc::ptr_eq(&before.assets.groom, &after.assets.groom))
+    }
+
     /// The files before and after it, where it read others.
     fn snapshots(&self) -> Option<&[AssetSnapshot; 2]> {
         match self {
@@ -65,6 +71,8 @@ pub(super) struct History {
     undone: Vec<Entry>,
     /// May the newest step take in another of the same label?
     is_open: bool,
+    /// What the last push took the place of, until it is kept.
+    replaced: Option<Replaced>,
     /// Number of the state before the oldest step.
     first_state: u64,
     /// States so far, but for the first.
@@ -73,12 +81,24 @@ pub(super) struct History {
     pub max_file_bytes: usize,
 }
 
+/// What a push took the place of.
+#[derive(Clone, Debug)]
+struct Replaced {
+    /// The step that was pushed.
+    pushed: Step,
+    /// The step before it, if the two became one.
+    joined: Option<Entry>,
+    undone: Vec<Entry>,
+    was_open: bool,
+}
+
 impl Default for History {
     fn default() -> Self {
         History {
             done: VecDeque::new(),
             undone: Vec::new(),
             is_open: false,
+            replaced: None,
             first_state: 0,
             n_states: 0,
             max_file_bytes: MAX_FILE_BYTES,
@@ -90,18 +110,26 @@ impl History {
     /// Adds a step; what was undone can no longer be done again. A step of the same label as the
     /// open one before it becomes part of that.
     pub fn push(&mut self, label: &str, step: Step) {
-        self.undone.clear();
         let is_more = |last: &Entry| match (&last.step, &step) {
-            (Step::Scene { .. }, Step::Scene { .. }) => last.label == label,
+            // The paint of another groom is that step's alone.
+            (Step::Scene { .. }, Step::Scene { .. }) => {
+                last.label == label && last.step.has_other_groom() == step.has_other_groom()
+            }
             _ => false,
         };
-        if self.is_open && self.done.back().is_some_and(is_more) {
-            if let Some(last) = self.done.pop_back() {
-                let joined = joined(last.step, step);
-                // Where nothing is left, the newest step is an earlier one.
-                self.is_open = joined.is_some();
-                self.add(label, joined);
-            }
+        let was_open = self.is_open;
+        let last = self.done.pop_back_if(|last| was_open && is_more(last));
+        self.replaced = Some(Replaced {
+            pushed: step.clone(),
+            joined: last.clone(),
+            undone: std::mem::take(&mut self.undone),
+            was_open,
+        });
+        if let Some(last) = last {
+            let joined = joined(last.step, step);
+            // Where nothing is left, the newest step is an earlier one.
+            self.is_open = joined.is_some();
+            self.add(label, joined);
         } else {
             self.add(label, Some(step));
             self.is_open = true;
@@ -167,12 +195,32 @@ impl History {
 
     /// Closes the newest step: the next one is a step of its own.
     pub fn close(&mut self) {
-        self.is_open = false;
+        (self.is_open, self.replaced) = (false, None);
+    }
+
+    /// The last push stands: [`History::take_back`] takes none back.
+    pub fn keep(&mut self) {
+        self.replaced = None;
+    }
+
+    /// Takes the last push back, as if it had not been made, if it was not kept and nothing was done since: what it pushed, to be undone.
+    pub fn take_back(&mut self) -> Option<Step> {
+        let replaced = self.replaced.take()?;
+        let is_there = self
+            .done
+            .back()
+            .is_some_and(|last| last.state == self.n_states);
+        if is_there {
+            self.done.pop_back();
+        }
+        self.done.extend(replaced.joined);
+        (self.undone, self.is_open) = (replaced.undone, replaced.was_open);
+        Some(replaced.pushed)
     }
 
     /// The step to undo; it can be done again after.
     pub fn undo(&mut self) -> Option<Step> {
-        self.is_open = false;
+        self.close();
         let entry = self.done.pop_back()?;
         self.undone.push(entry.clone());
         Some(entry.step)
@@ -180,15 +228,10 @@ impl History {
 
     /// The step to do again.
     pub fn redo(&mut self) -> Option<Step> {
-        self.is_open = false;
+        self.close();
         let entry = self.undone.pop()?;
         self.done.push_back(entry.clone());
         Some(entry.step)
-    }
-
-    /// Forgets what was undone.
-    pub fn drop_undone(&mut self) {
-        self.undone.clear();
     }
 
     /// What would be undone, and done again.
@@ -198,6 +241,7 @@ impl History {
 
     /// Changes all scenes that are remembered, and what is remembered of their files.
     pub fn for_each_scene(&mut self, change: impl Fn(&mut Scene, Option<&mut AssetSnapshot>)) {
+        self.replaced = None;
         for entry in self.done.iter_mut().chain(&mut self.undone) {
             if let Step::Scene {
                 before,
@@ -265,6 +309,35 @@ mod tests {
             after: scene(eta),
             snapshot: None,
         }
+    }
+
+    #[test]
+    fn a_push_is_taken_back_with_all_that_it_did() {
+        let eta_after = |step: &Step| match step {
+            Step::Scene { after, .. } => after.hair.eta,
+            Step::Stroke { .. } => f64::NAN,
+        };
+        let mut history = History::default();
+        history.push("a", step(1.4));
+        history.push("b", step(1.5));
+        history.undo().expect("b");
+        // Another step.
+        history.push("c", step(1.6));
+        assert_eq!(history.labels(), [Some("c"), None]);
+        assert_eq!(eta_after(&history.take_back().expect("c")), 1.6);
+        assert_eq!(history.labels(), [Some("a"), Some("b")]);
+        // More of an open one.
+        history.redo().expect("b");
+        history.push("d", step(1.7));
+        history.push("d", step(1.8));
+        assert_eq!(eta_after(&history.take_back().expect("d")), 1.8);
+        assert_eq!(history.n_done(), 3);
+        assert_eq!(eta_after(&history.undo().expect("d")), 1.7);
+        // What is kept stays.
+        history.push("e", step(1.9));
+        history.keep();
+        assert!(history.take_back().is_none());
+        assert_eq!(history.labels(), [Some("e"), None]);
     }
 
     #[test]

@@ -440,12 +440,15 @@ impl Session {
         }
     }
 
-    /// Takes the last step back for good: it could not be shown.
+    /// The last edit could be shown.
+    pub(crate) fn keep_edit(&mut self) {
+        self.history.keep();
+    }
+
+    /// Takes the last edit back, as if it had not been made: it could not be shown.
     pub(crate) fn abandon(&mut self) -> Option<Change> {
-        let step = self.history.undo()?;
-        let change = self.take(step, Direction::Before);
-        self.history.drop_undone();
-        Some(change)
+        let step = self.history.take_back()?;
+        Some(self.take(step, Direction::Before))
     }
 
     fn take(&mut self, step: Step, direction: Direction) -> Change {
