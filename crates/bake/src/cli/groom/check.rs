@@ -58,7 +58,11 @@ pub fn run(args: &Args) -> Outcome {
             let strands = counted(strands, "strand", "strands");
             format!(", {strands}, {}", counted(points, "point", "points"))
         });
-        let word = if findings.is_empty() { "ok" } else { "FOUND" };
+        let word = if findings.is_empty() {
+            "ok"
+        } else {
+            "PROBLEMS"
+        };
         print_line(format_args!(
             "{name}: {format}{}, {word}",
             counts.unwrap_or_default()
@@ -84,7 +88,7 @@ pub fn run(args: &Args) -> Outcome {
     }
     let codes: Vec<&str> = findings.iter().map(|finding| finding.code).collect();
     Err(Failure::Check(format!(
-        "{name}: found {}",
+        "{name}: check failed: {}",
         codes.join(", ")
     )))
 }
