@@ -26,7 +26,7 @@ const DEFAULT_WIDTH: u32 = 1024;
 ///
 /// .tables: to .npy (float32, [channel, row, column], and a vector with the values at the texel
 /// centres of each axis) or .exr, one file per table, named OUT_TABLE.npy, or OUT/TABLE.npy when
-/// OUT is a folder; C is written as C_0 to C_6. A table with three axes becomes a picture with the
+/// OUT is a folder; the channels of table C are C0 to C6. A table with three axes becomes a picture with the
 /// first two stacked. .lights: to .json (with the formula, and directions to test an evaluation by),
 /// .npy (float32, one row of direction, sharpness and colour per light), .h (C), .exr (the environment
 /// map of the lights, latitude-longitude), or .usda (USD: a distant light for each). .groom: to the formats listed by `strandlight groom formats`, such as .hair
