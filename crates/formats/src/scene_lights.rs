@@ -48,7 +48,7 @@ pub struct LightsSection {
     pub added: Vec<AddedLight>,
 }
 
-/// `[[lights.added]]`: a Gaussian light beside those of the set. It stands in the world: neither
+/// `[[lights.added]]`: a Gaussian light beside those of the set. It is fixed in world space: neither
 /// `rotate_deg`, `intensity` nor `tint` of `[lights]` change it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

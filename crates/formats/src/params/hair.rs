@@ -90,17 +90,17 @@ const PARAMS: &[Param<HairSection>] = &[
         at!(HairSection.reflectance),
     )
     .group(Group::Color)
-    .absent(Absent::Words("none: `sigma_a` holds"))
+    .absent(Absent::Words("unset (`sigma_a` is used)"))
     .decimals(4)
     .help("Colour of a full head of hair; the absorption is computed from it."),
     Param::number("melanin.eumelanin", "Eumelanin", PIGMENT, EUMELANIN)
         .group(Group::Color)
-        .absent(Absent::Words("none: `sigma_a` holds"))
+        .absent(Absent::Words("unset (`sigma_a` is used)"))
         .slider(PIGMENT_SLIDER[0], PIGMENT_SLIDER[1])
         .help("Brown to black pigment: 0.3 blond, 1.3 brown, 8 black."),
     Param::number("melanin.pheomelanin", "Pheomelanin", PIGMENT, PHEOMELANIN)
         .group(Group::Color)
-        .absent(Absent::Words("none: `sigma_a` holds"))
+        .absent(Absent::Words("unset (`sigma_a` is used)"))
         .slider(PIGMENT_SLIDER[0], PIGMENT_SLIDER[1])
         .help("Yellow to red pigment: 1 to 2 gives red hair."),
     Param::number(
@@ -187,8 +187,8 @@ const PARAMS: &[Param<HairSection>] = &[
     )
     .group(Group::Lobes)
     .help(
-        "Enabled scattering modes, the light paths through a fibre. Light that reaches a strand by way of other \
-         hair has passed all modes there; in ground truth and with --converge it has passed the enabled ones alone.",
+        "Enabled scattering modes, the light paths through a fibre. The switches affect only the strand's own \
+         scattering: light arriving through other hair always includes all modes. Ground truth and --converge apply them at every bounce.",
     ),
     Param::numbers(
         "shift_deg",

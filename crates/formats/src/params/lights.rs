@@ -92,8 +92,8 @@ pub const ADDED: Section<AddedLight> = Section {
     name: "lights.added",
     heading: "[[lights.added]]",
     kind: None,
-    help: "A Gaussian light beside those of the set, such as a key or rim light; at most 64. It stands in the world: \
-           rotation, intensity and tint of `[lights]` do not apply. Its number follows those of the set.",
+    help: "A Gaussian light beside those of the set, such as a key or rim light; at most 64. It is fixed in world \
+           space: rotation, intensity and tint of `[lights]` do not apply. Its number follows those of the set.",
     params: &[
         Param::number(
             "azimuth_deg",
@@ -119,7 +119,7 @@ pub const ADDED: Section<AddedLight> = Section {
             .slider(0.5, 60.0)
             .decimals(1)
             .logarithmic()
-            .symbol("lambda")
+            .symbol("lambda / sqrt 2")
             .help("Standard deviation of the Gaussian: narrow lights throw hard shadows."),
         Param::number(
             "intensity",

@@ -234,8 +234,8 @@ pub const RENDER: Section<RenderSection> = Section {
         )
         .slider(0.0, 256.0)
         .help(
-            "Shadow maps shared by all lights; 0 keeps only the soft shadows. More cost \
-                 memory and time when the hair or the lights move.",
+            "About how many shadow maps all lights share; a few more may be drawn. 0 keeps only the soft shadows. \
+                 More cost memory and time when the hair or the lights move.",
         ),
     ],
     plain: RenderSection::default,
