@@ -13,9 +13,9 @@ const DENSITY_OPEN: f32 = 1.65;
 
 // Light that reaches a point after forward scattering.
 struct ForwardLight {
-    // T_f - T.
+    // T_f - T_vol.
     gained: vec3f,
-    // Factor on what global scattering makes of it: global_density of T.
+    // Factor on what global scattering makes of it: global_density of T_vol.
     density: f32,
     // Its width in inclination.
     sigma_f: f32,

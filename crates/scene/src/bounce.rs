@@ -83,9 +83,9 @@ strandlight_scattering::mirrors! {
 /// Weights of the three shares of a shadow record, by channel, and 0: see [`passed_weights`].
 pub type PassedWeights = [[f32; 4]; 3];
 
-/// How much light a surface receives behind hair whose record has shares at three exponents: T + d_f (T_f - T), what is
-/// unblocked and what the hair scatters forward, which goes on about as it came. T_f is that at 1 - a_f, between the
-/// exponents linear in their logarithms; a_f is that of an inclination of 30 degrees.
+/// How much light a surface receives behind hair whose record has shares at three exponents: T_vol + d_f (T_f - T_vol),
+/// what is unblocked and what the hair scatters forward, which goes on about as it came. T_f is that at 1 - a_f, between
+/// the exponents linear in their logarithms; a_f is that of an inclination of 30 degrees.
 pub fn passed_weights(scene: &PreparedScene) -> PassedWeights {
     let unblocked = [1.0, 0.0, 0.0, 0.0];
     if scene.terms() & TERM_GLOBAL == 0 {

@@ -52,8 +52,8 @@ pub struct Term {
     pub skipped: u64,
 }
 
-/// The terms in the order that passes count them: T M^S, T M^{L,dir}, (T_f - T) M^G and
-/// (T_f - T) M^L.
+/// The terms in the order that passes count them: T M^S, T M^{L,dir}, (T_f - T_vol) M^G and
+/// (T_f - T_vol) M^L.
 #[doc(hidden)]
 pub const TERM_NAMES: [&str; 4] = ["single", "direct local", "global", "local"];
 

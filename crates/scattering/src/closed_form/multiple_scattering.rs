@@ -4,7 +4,7 @@
 //! A point's radiance is, per channel, the sum over the lights of
 //!
 //! ```text
-//! L { T M^S + d_b B T Omega M^{L,dir} + d_f (T_f - T) Omega (D M^G + d_b B M^L) }
+//! L { T M^S + d_b f_local T Omega M^{L,dir} + d_f (T_f - T_vol) Omega (f_global M^G + d_b f_local M^L) }
 //! ```
 //!
 //! L and Omega being amplitude and solid angle of the light, T its unblocked share and T_f the
@@ -13,9 +13,9 @@
 //! ([`super::direct_local_scattering`]) is what light that comes straight sends into the hair
 //! behind and gets back; M^G ([`super::global_scattering`]) and M^L ([`super::local_scattering`])
 //! are both for light that has been scattered forward. Only blocked light has been, so no light is
-//! counted twice: T_f - T and not T_f multiplies them (Zinke 2008, Figure 5, adds both). In that
-//! difference both are means over the hair about the point; before M^S and M^{L,dir}, T is the
-//! point's own. D is [`global_density`], B [`local_density`].
+//! counted twice: T_f - T_vol and not T_f multiplies them (Zinke 2008, Figure 5, adds both). T_f and
+//! T_vol come from the shadow volume and are means over the hair about the point; T, before M^S and
+//! M^{L,dir}, is the point's own. f_global is [`global_density`], f_local [`local_density`].
 
 use super::averages::{AverageTexel, sample_averages};
 use super::transmittance::{ShadowRecord, forward_events, transmitted};
@@ -24,7 +24,7 @@ use super::transmittance::{ShadowRecord, forward_events, transmitted};
 pub const TERM_SINGLE: u32 = 1;
 /// The terms with d_b: light that comes back out of the hair behind a point.
 pub const TERM_LOCAL: u32 = 2;
-/// d_f (T_f - T) Omega D M^G: light that the hair in front of a point scattered on.
+/// d_f (T_f - T_vol) Omega f_global M^G: light that the hair in front of a point scattered on.
 pub const TERM_GLOBAL: u32 = 4;
 
 /// d_f where a scene says nothing: share of blocked light that goes on forward, 0..=1. With both
@@ -91,9 +91,9 @@ pub const DENSITY_OPEN: f32 = 1.65;
 /// Light that reaches a point after forward scattering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForwardLight {
-    /// T_f - T, 0..=1.
+    /// T_f - T_vol, 0..=1.
     pub gained: [f32; 3],
-    /// Factor on what global scattering makes of it: [`global_density`] of T.
+    /// Factor on what global scattering makes of it: [`global_density`] of T_vol.
     pub density: f32,
     /// Its width in inclination, Xu's, radians: sigma_f^2 = lambda_j^2 + sigma_bar_f^2.
     pub sigma_f: f32,
@@ -123,7 +123,7 @@ pub fn local_density(axis_shares: &[f32; 6], towards: [f32; 3]) -> f32 {
     ((1.0 - open) * (1.0 / CLOSED_FROM)).clamp(0.0, 1.0)
 }
 
-/// T_f and T are the record's here, means over the hair about the point, even where the point's own
+/// T_f and T_vol are the record's, means over the hair about the point, even where the point's own
 /// unblocked share is known better: scattered light comes from all the hair around, from beside the
 /// straight line to the light too.
 ///

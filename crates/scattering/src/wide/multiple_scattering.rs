@@ -37,7 +37,7 @@ pub fn depths_of_shares<S: Simd>(shares: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
 /// Eight of [`crate::closed_form::ForwardLight`].
 #[derive(Clone, Copy, Debug)]
 pub struct ForwardLights<S: Simd> {
-    /// T_f - T, 0..=1.
+    /// T_f - T_vol, 0..=1.
     pub gained: [f32x8<S>; 3],
     /// Factor on what global scattering makes of it, as there.
     pub density: f32x8<S>,
