@@ -103,10 +103,9 @@ impl Seen {
         let size = self.size.map(|side| side.div_ceil(2).max(1));
         let mut tints = vec![[0; 4]; size[0] as usize * size[1] as usize];
         let [width, height] = self.size.map(|side| side as f32);
-        let focal_px = |camera: &Camera| 0.5 * height / (0.5 * camera.fov_y).tan();
         let (right, up, forward) = self.camera.axes();
-        let [right, up] = [right, up].map(|axis| axis / focal_px(&self.camera));
-        let now = (camera.axes(), focal_px(camera));
+        let [right, up] = [right, up].map(|axis| axis / self.camera.focal_px(height));
+        let now = (camera.axes(), camera.focal_px(height));
         let pixels = self.points.iter().zip(&self.depth).enumerate();
         for (ix, (seen, &depth)) in pixels {
             let [x, y] = [ix % self.size[0] as usize, ix / self.size[0] as usize];

@@ -35,6 +35,11 @@ impl Camera {
         }
     }
 
+    /// Distance of the image plane of a picture so many pixels high, px.
+    pub fn focal_px(&self, height: f32) -> f32 {
+        0.5 * height / (0.5 * self.fov_y).tan()
+    }
+
     /// The orthonormal axes `(right, up, forward)`. Where `up` is parallel to the line of sight
     /// or the target is the eye, another axis takes its place.
     pub fn axes(&self) -> (Vec3, Vec3, Vec3) {
@@ -56,7 +61,7 @@ impl Camera {
 pub struct ViewUniform {
     /// Camera position, cm.
     pub eye: [f32; 3],
-    /// Distance of the image plane in pixels: `height / 2 / tan(fov_y / 2)`.
+    /// [`Camera::focal_px`].
     pub focal_px: f32,
     /// Unit vector to the right of the picture.
     pub right: [f32; 3],
@@ -115,7 +120,7 @@ pub fn view_uniform(
     let near = (centre_depth - margin).max(1e-3 * margin).min(0.5 * far);
     ViewUniform {
         eye: camera.eye.to_array(),
-        focal_px: 0.5 * size[1] as f32 / (0.5 * camera.fov_y).tan(),
+        focal_px: camera.focal_px(size[1] as f32),
         right: right.to_array(),
         near,
         up: up.to_array(),

@@ -62,7 +62,7 @@ pub(super) struct Seen {
     pub place: u32,
     /// Index in [`Strands::points`].
     pub point: u32,
-    /// Way to the points before and after it, cm; 0 where there is none.
+    /// Half the way to the points before and after it, cm; 0 where there is none.
     pub before: f32,
     pub after: f32,
 }

@@ -97,7 +97,7 @@ impl Picker {
 
     fn find(&self, camera: &Camera, size: [u32; 2], cursor: [f32; 2]) -> Option<Candidate> {
         let [width, height] = size.map(|side| side.max(1) as f32);
-        let focal = 0.5 * height / (0.5 * camera.fov_y).tan();
+        let focal = camera.focal_px(height);
         let (right, up, forward) = camera.axes();
         let (x, y) = (cursor[0] - 0.5 * width, 0.5 * height - cursor[1]);
         let axis = (forward + (x * right + y * up) / focal).normalize();
@@ -217,7 +217,7 @@ impl Picker {
 
     /// Pixels that a ball of `radius` cm at `position` is wide to either side.
     pub fn radius_px(camera: &Camera, size: [u32; 2], position: Vec3, radius: f32) -> f32 {
-        let focal = 0.5 * size[1].max(1) as f32 / (0.5 * camera.fov_y).tan();
+        let focal = camera.focal_px(size[1].max(1) as f32);
         let depth = (position - camera.eye).dot(camera.axes().2);
         focal * radius / depth.max(1e-3)
     }
