@@ -139,7 +139,8 @@ fn group(objects: &mut [Strands], parameters: &mut Vec<(String, String)>, notes:
     let largest = objects.iter().flat_map(|object| &object.attributes);
     let ids = largest.filter(|attribute| attribute.name == "group_id");
     let largest = ids.flat_map(|ids| &ids.data).copied().fold(-1.0, f32::max);
-    let mut next = (largest.max(-1.0) + 1.0) as u32;
+    // Numbers of such a size are none that a float can tell apart.
+    let mut next = (largest.max(-1.0) + 1.0).min(16_777_216.0) as u32;
     for object in objects.iter_mut() {
         let is_given = has_id(object);
         if is_given {

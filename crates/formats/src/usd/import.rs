@@ -94,17 +94,18 @@ pub(super) fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
     for ix in chosen {
         let skipped = |reason: &str| {
             let text = format!("{} is skipped: {reason}", stage.path(ix));
-            Note::new(NoteKind::Dropped, text)
+            stage.layer.spend_on(1, text.len())?;
+            Ok::<_, Error>(Note::new(NoteKind::Dropped, text))
         };
         let (mut shape, cvs) = match Shape::of(&stage, ix, moment, options)? {
             Ok(shape) => shape,
             Err(reason) => {
-                notes.push(skipped(&reason));
+                notes.push(skipped(&reason)?);
                 continue;
             }
         };
         if shape.n_points == 0 {
-            notes.push(skipped("none of its curves has enough points"));
+            notes.push(skipped("none of its curves has enough points")?);
             continue;
         }
         if shape.n_left_out > 0 {
@@ -123,6 +124,7 @@ pub(super) fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
         drop(cvs);
         add_values(&stage, ix, moment, &shape, &mut piece, &mut notes)?;
         note_purpose(&stage, ix, &piece.path, &mut notes)?;
+        note_hidden(&stage, ix, &piece.path, &mut notes)?;
         *kinds.entry(kind_of(&shape)).or_default() += 1;
         pieces.push(piece);
     }
@@ -149,7 +151,7 @@ pub(super) fn read(bytes: &[u8], options: &ImportOptions) -> Result<Import> {
     if let Some(hidden) = hidden.strip_prefix("; ") {
         notes.push(Note::new(NoteKind::Dropped, hidden));
     }
-    let mut groom = merge(pieces, &mut notes)?;
+    let mut groom = merge(pieces, &mut notes, &layer)?;
     groom.source = GroomSource {
         cm_per_unit: placement.cm_per_unit,
         up: placement.up,
@@ -192,6 +194,26 @@ fn parameters(kinds: &BTreeMap<String, usize>, options: &ImportOptions) -> Vec<(
         ("curves".to_owned(), list.join(", ")),
         ("samples_per_segment".to_owned(), samples),
     ]
+}
+
+/// So is hair that other programs hide.
+fn note_hidden(stage: &Stage, ix: usize, path: &str, notes: &mut Vec<Note>) -> Result<()> {
+    for ix in stage.upwards(ix) {
+        if let Some(property) = stage.prim(ix).properties.get("visibility")
+            && let first = property.samples.first().map(|(_, value)| value)
+            && let Some(value) = property.default.as_ref().or(first)
+            && stage
+                .layer
+                .strings(value)?
+                .first()
+                .is_some_and(|visibility| visibility == "invisible")
+        {
+            let text = format!("{path} is hidden in its file, and read all the same");
+            notes.push(Note::new(NoteKind::Assumed, text));
+            break;
+        }
+    }
+    Ok(())
 }
 
 /// Hair that other programs do not render is imported all the same.

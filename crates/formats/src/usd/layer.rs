@@ -39,6 +39,11 @@ impl<'a> Layer<'a> {
         }
     }
 
+    /// `n` values of `size` bytes are about to be made of what is decoded.
+    pub fn spend_on(&self, n: usize, size: usize) -> Result<()> {
+        self.budget.spend(n as u64, size as u64, 0)
+    }
+
     /// A value is about to be decoded.
     fn spend(&self, value: &Value) -> Result<()> {
         match value {

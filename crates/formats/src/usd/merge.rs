@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::layer::Layer;
 use super::pieces::{Piece, Values};
 use crate::error::Result;
 use crate::groom::{Attribute, Domain, Groom, MAX_DIAMETER_CM, MIN_DIAMETER_CM};
@@ -14,7 +15,7 @@ const GROUP: &str = "group_id";
 const MOST_LISTED: usize = 8;
 
 /// The polylines and their values, one prim after another; there is at least one.
-pub(super) fn merge(mut pieces: Vec<Piece>, notes: &mut Vec<Note>) -> Result<Groom> {
+pub(super) fn merge(mut pieces: Vec<Piece>, notes: &mut Vec<Note>, layer: &Layer) -> Result<Groom> {
     let mut groom = Groom {
         strand_offsets: vec![0],
         ..Groom::default()
@@ -22,7 +23,7 @@ pub(super) fn merge(mut pieces: Vec<Piece>, notes: &mut Vec<Note>) -> Result<Gro
     if pieces.len() > 1 && !pieces.iter().any(|piece| piece.find(GROUP).is_some()) {
         group(&mut pieces, notes);
     }
-    groom.attributes = attributes(&pieces, notes);
+    groom.attributes = attributes(&pieces, notes, layer)?;
     // So that a file that is written again has them in the same order.
     groom.attributes.sort_by(|a, b| a.name.cmp(&b.name));
     // The points of a single prim are not copied.
@@ -71,7 +72,7 @@ fn group(pieces: &mut [Piece], notes: &mut Vec<Note>) {
     }
 }
 
-fn attributes(pieces: &[Piece], notes: &mut Vec<Note>) -> Vec<Attribute> {
+fn attributes(pieces: &[Piece], notes: &mut Vec<Note>, layer: &Layer) -> Result<Vec<Attribute>> {
     // In the order in which they are met, with the number of prims that have them.
     let mut names: Vec<&str> = Vec::new();
     let mut owners: HashMap<&str, usize> = HashMap::new();
@@ -112,12 +113,17 @@ fn attributes(pieces: &[Piece], notes: &mut Vec<Note>) -> Vec<Attribute> {
             notes.push(Note::new(NoteKind::Assumed, text));
         }
         let fallback = fallback.unwrap_or_default();
-        attributes.push(attribute(pieces, name, components, fallback));
+        attributes.push(attribute(pieces, name, (components, fallback), layer)?);
     }
-    attributes
+    Ok(attributes)
 }
 
-fn attribute(pieces: &[Piece], name: &str, components: usize, fallback: f32) -> Attribute {
+fn attribute(
+    pieces: &[Piece],
+    name: &str,
+    (components, fallback): (usize, f32),
+    layer: &Layer,
+) -> Result<Attribute> {
     let constant = |piece: &Piece| match piece.find(name) {
         Some(values) if values.domain == Domain::Groom => Some(values.data.clone()),
         Some(_) => None,
@@ -152,6 +158,8 @@ fn attribute(pieces: &[Piece], name: &str, components: usize, fallback: f32) -> 
                     Domain::Point => piece.lengths.iter().sum::<u32>() as usize,
                     _ => piece.lengths.len(),
                 };
+                // A constant may stand for any number of them.
+                layer.spend_on(n, size_of_val(&value[..]))?;
                 (0..n).for_each(|_| data.extend_from_slice(&value));
             }
             (Domain::Point, None) if own == Domain::Strand => {
@@ -162,12 +170,12 @@ fn attribute(pieces: &[Piece], name: &str, components: usize, fallback: f32) -> 
             (_, None) => data.extend_from_slice(values),
         }
     }
-    Attribute {
+    Ok(Attribute {
         name: name.to_owned(),
         domain,
         components: components as u32,
         data,
-    }
+    })
 }
 
 /// Leaves out diameters that cannot be drawn; tips that taper to nothing keep the least diameter.

@@ -230,6 +230,8 @@ impl Shape {
         placement: Placement,
     ) -> Result<Piece> {
         let path = stage.path(ix);
+        // Any number of prims can have a long name above them.
+        stage.layer.spend_on(1, path.len())?;
         let matrix = stage.world_from(ix, moment)?;
         let to_groom = |point: [f32; 3]| match matrix == IDENTITY {
             true => placement.to_groom(point),

@@ -28,7 +28,7 @@ pub(super) fn add_values(
     notes: &mut Vec<Note>,
 ) -> Result<()> {
     let own = &stage.prim(ix).properties;
-    let primvars = inherited(stage, ix);
+    let primvars = inherited(stage, ix)?;
     if primvars.len() > MOST_PRIMVARS {
         let what = format!("primvars beyond the first {MOST_PRIMVARS}");
         leave_out(&what, &piece.path, "there are too many", notes);
@@ -111,7 +111,7 @@ fn holder(stage: &Stage, ix: usize, name: &str) -> Option<usize> {
 
 /// Primvars of the prim `ix` without `primvars:`, those of Unreal's names first; constant ones of
 /// the prims above it count as its own.
-fn inherited<'a>(stage: &Stage<'a>, ix: usize) -> Vec<(&'a str, &'a Property)> {
+fn inherited<'a>(stage: &Stage<'a>, ix: usize) -> Result<Vec<(&'a str, &'a Property)>> {
     let mut found: BTreeMap<&str, &Property> = BTreeMap::new();
     for (height, ix) in stage.upwards(ix).enumerate() {
         for (name, property) in stage.prim(ix).properties.range("primvars:".to_owned()..) {
@@ -123,6 +123,8 @@ fn inherited<'a>(stage: &Stage<'a>, ix: usize) -> Vec<(&'a str, &'a Property)> {
                 let label = stage.layer.word(&property.fields, "interpolation");
                 label.is_ok_and(|label| label.is_none_or(|label| label == "constant"))
             };
+            // Those of a prim far up are gone through for every prim below it.
+            stage.layer.spend_on(1, 8)?;
             let is_part = name.ends_with(":indices");
             if !is_part && (height == 0 || is_constant()) {
                 found.entry(name).or_insert(property);
@@ -131,7 +133,7 @@ fn inherited<'a>(stage: &Stage<'a>, ix: usize) -> Vec<(&'a str, &'a Property)> {
     }
     let mut found: Vec<(&str, &Property)> = found.into_iter().collect();
     found.sort_by_key(|(name, _)| !name.starts_with("groom_"));
-    found
+    Ok(found)
 }
 
 /// Where values come from.
@@ -182,6 +184,7 @@ impl Source<'_> {
         if let Some(indices) = self.indices
             && let Some(indices) = moment.held(layer, indices)?
         {
+            layer.spend_on(indices.data.len(), size_of::<f32>() * components)?;
             numbers.data = self.expand(&numbers.data, components, &indices.data)?;
         }
         let known = known_attribute(&name);

@@ -110,7 +110,9 @@ pub(super) fn local(layer: &Layer, prim: &Prim, path: &str, moment: Moment) -> R
         let Some(property) = prim.properties.get(name) else {
             continue;
         };
-        let Some(numbers) = moment.transform(layer, property, name.contains(":orient"))? else {
+        // `xformOp:translate:orientPivot` is none.
+        let is_orient = name.split(':').nth(1) == Some("orient");
+        let Some(numbers) = moment.transform(layer, property, is_orient)? else {
             continue;
         };
         let Some(matrix) = operation(name, &numbers) else {

@@ -123,6 +123,8 @@ impl Distances {
             let normals = triangle.map(|ix| Vec3::from(mesh.normals[ix as usize]));
             let low = corners[0].min(corners[1]).min(corners[2]);
             let high = corners[0].max(corners[1]).max(corners[2]);
+            let across = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+            let across = across.normalize_or_zero();
             let node_of = |place: Vec3| (place - self.origin) / self.cell;
             let first = (node_of(low) - BAND).ceil().max(Vec3::ZERO).as_uvec3();
             let last = (node_of(high) + BAND).floor().as_uvec3().min(self.dims - 1);
@@ -131,13 +133,18 @@ impl Distances {
                     for x in first.x..=last.x {
                         let node = UVec3::new(x, y, z);
                         let place = self.node(node);
+                        let own = &mut nearest[self.index(node)];
+                        // Large triangles have many nodes about them that are nearer to others; a little more than is lost in rounding.
+                        let off_plane = across.dot(place - corners[0]);
+                        if 0.999 * off_plane * off_plane > own.square {
+                            continue;
+                        }
                         let shares = nearest_shares(corners, place);
                         let sum = |of: [Vec3; 3]| {
                             of[0] * shares[0] + of[1] * shares[1] + of[2] * shares[2]
                         };
                         let point = sum(corners);
                         let square = place.distance_squared(point);
-                        let own = &mut nearest[self.index(node)];
                         if square < own.square {
                             *own = Nearest {
                                 point,

@@ -80,8 +80,10 @@ impl Builder<'_> {
             let Some(&(name, value)) = self.fields.get(ix as usize) else {
                 return Err(Error::invalid(format!("field {ix}"), 0));
             };
-            self.file.bytes.spend(1, 32, 0)?;
-            fields.push((self.file.token(name)?, value));
+            let name = self.file.token(name)?;
+            // It is copied.
+            self.file.bytes.spend(1, 32 + name.len() as u64, 0)?;
+            fields.push((name, value));
         }
         Ok(fields)
     }
@@ -116,6 +118,8 @@ impl Builder<'_> {
         for &child in below {
             let kind = self.specs[child as usize].map(|spec| spec.kind);
             let name = self.file.token(self.file.paths[child as usize].token)?;
+            // Any number of prims can share a long one.
+            self.file.bytes.spend(2, 32 + name.len() as u64, 0)?;
             let mut below = Prim {
                 name: name.to_owned(),
                 ..Prim::default()

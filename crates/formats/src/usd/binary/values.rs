@@ -202,7 +202,9 @@ impl Crate<'_> {
                 }
             }
             types::TOKEN | types::STRING | types::ASSET => {
-                return Ok(vec![word(rep.payload as u32)?]);
+                let string = word(rep.payload as u32)?;
+                self.bytes.spend(1, 24 + string.len() as u64, reader.at)?;
+                return Ok(vec![string]);
             }
             types::TOKENS | types::STRINGS => reader.count(4)?,
             types::CHOICES => 2 * reader.count(8)?,
