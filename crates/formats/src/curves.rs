@@ -244,7 +244,25 @@ impl Sample {
 
     /// Component `component` of a value per control point; `data` are those of this curve.
     pub fn vertex(&self, data: &[f32], components: usize, component: usize) -> f32 {
-        self.sum(|cv| data[cv * components + component])
+        let value = |cv: usize| data[cv * components + component];
+        let sum = self.sum(value);
+        // Without negative weights the curve lies within its control points: rounding must not take a
+        // value at the end of its range, such as a dye's weight of 1, out of it.
+        if self.weights.iter().any(|weight| *weight < 0.0) {
+            return sum;
+        }
+        let parts = self.cvs.iter().zip(self.weights);
+        let parts = parts.filter(|(_, weight)| *weight > 0.0);
+        let (least, most) = parts.fold((f32::MAX, f32::MIN), |(least, most), (&cv, _)| {
+            let value = value(cv as usize);
+            (value.min(least), value.max(most))
+        });
+        match sum {
+            sum if sum > most => most,
+            sum if sum < least => least,
+            // Among them what is no number, for whoever judges it.
+            sum => sum,
+        }
     }
 
     /// Component `component` of a value per segment end; `data` are those of this curve.
@@ -252,8 +270,9 @@ impl Sample {
         let [a, b] = self
             .ends
             .map(|end| data[end as usize * components + component]);
-        // Not a + (b - a) t, which misses b.
-        a * (1.0 - self.t) + b * self.t
+        // Not a + (b - a) t, which misses b; in 64 bits, so that rounding does not leave the two.
+        let (a, b, t) = (f64::from(a), f64::from(b), f64::from(self.t));
+        (a * (1.0 - t) + b * t) as f32
     }
 
     fn sum(&self, value: impl Fn(usize) -> f32) -> f32 {
@@ -300,6 +319,28 @@ mod tests {
         let ring = polyline(Linear, Wrap::Periodic, &CVS);
         assert_eq!(ring.len(), 8);
         assert_eq!((ring[0], ring[7]), (CVS[0], CVS[0]));
+    }
+
+    #[test]
+    fn equal_values_stay_equal_between_control_points() {
+        for (basis, wrap) in [
+            (Bezier, Wrap::Open),
+            (BSpline, Wrap::Open),
+            (CatmullRom, Wrap::Open),
+        ] {
+            for n in 1..=9 {
+                for value in [1.0, 0.3, 50.0, 0.0075] {
+                    let data = [value; 7];
+                    for sample in samples(basis, wrap, 7, n).unwrap() {
+                        let overshoots = sample.weights.iter().any(|weight| *weight < 0.0);
+                        if !overshoots {
+                            assert_eq!(sample.vertex(&data, 1, 0), value);
+                        }
+                        assert_eq!(sample.varying(&data, 1, 0), value);
+                    }
+                }
+            }
+        }
     }
 
     #[test]

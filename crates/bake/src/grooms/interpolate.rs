@@ -400,6 +400,17 @@ impl Mix {
     }
 }
 
+/// Values mixed by their shares, whose sum is 1 but for rounding: within the values, so that those at
+/// the end of a range, such as weights of dye of 1, do not leave it.
+fn blended(parts: impl Iterator<Item = (f32, f32)>) -> f32 {
+    let (mut sum, mut least, mut most) = (0.0, f32::MAX, f32::MIN);
+    for (value, share) in parts {
+        sum += share * value;
+        (least, most) = (value.min(least), value.max(most));
+    }
+    sum.clamp(least, most)
+}
+
 /// The attribute of the new strands, if they have it.
 fn mixed(
     groom: &Groom,
@@ -418,18 +429,18 @@ fn mixed(
         Domain::Groom => attribute.data.clone(),
         Domain::Strand if name == "id" && n == 1 => (0..mixes.len()).map(|ix| ix as f32).collect(),
         Domain::Strand => {
+            let of_strand =
+                |c: usize| move |(guide, share): (u32, f32)| (value(guide as usize, c), share);
             let values = mixes.iter().flat_map(|mix| {
                 (0..n).map(move |c| match mix.strand {
                     Some(strand) => value(strand as usize, c),
                     None if is_whole => value(mix.nearest() as usize, c),
                     // Roots and their UV lie at one place.
-                    None if name == "root_uv" => (0..3)
-                        .map(|slot| mix.place[slot] * value(mix.guides[slot] as usize, c))
-                        .sum(),
-                    None => mix
-                        .parts()
-                        .map(|(guide, share)| share * value(guide as usize, c))
-                        .sum(),
+                    None if name == "root_uv" => {
+                        let guides = mix.guides.into_iter();
+                        blended(guides.zip(mix.place).map(of_strand(c)))
+                    }
+                    None => blended(mix.parts().map(of_strand(c))),
                 })
             });
             values.collect()
@@ -443,13 +454,16 @@ fn mixed(
                             let Place { point, t } = mix.place_on(groom, lengths, guide, ix);
                             match (is_whole, t > 0.0) {
                                 (true, _) => value(point + usize::from(t > 0.5), c),
-                                (_, true) => (1.0 - t) * value(point, c) + t * value(point + 1, c),
+                                (_, true) => blended(
+                                    [(value(point, c), 1.0 - t), (value(point + 1, c), t)]
+                                        .into_iter(),
+                                ),
                                 (_, false) => value(point, c),
                             }
                         };
                         match is_whole {
                             true => at(mix.nearest()),
-                            false => mix.parts().map(|(guide, share)| share * at(guide)).sum(),
+                            false => blended(mix.parts().map(|(guide, share)| (at(guide), share))),
                         }
                     })
                 })
@@ -557,6 +571,29 @@ mod tests {
         }
         for &width in &hair.attributes[3].data {
             assert!((width - 0.0075).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn mixes_stay_in_the_range_of_their_values() {
+        let mut guides = head(60);
+        let dyes = |n: usize| {
+            let dye = |ix: usize| [0.1 * (ix % 5) as f32, 50.0, 0.3, 1.0];
+            (0..n).flat_map(dye).collect::<Vec<f32>>()
+        };
+        let (n_strands, n_points) = (guides.n_strands(), guides.points.len());
+        for (domain, n) in [(Domain::Strand, n_strands), (Domain::Point, n_points)] {
+            guides.attributes = vec![attribute("dye", domain, 4, dyes(n))];
+            for points_per_strand in [None, Some(7)] {
+                let spec = InterpolateSpec {
+                    points_per_strand,
+                    ..spec(2000)
+                };
+                let hair = made(&guides, &spec).groom;
+                for dye in hair.attributes[0].data.chunks_exact(4) {
+                    assert_eq!(dye[1..], [50.0, 0.3, 1.0]);
+                }
+            }
         }
     }
 
