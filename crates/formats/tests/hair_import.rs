@@ -420,6 +420,31 @@ fn thickness_that_cannot_be_drawn_is_counted() {
 }
 
 #[test]
+fn thickness_is_not_judged_where_a_file_has_widths_of_its_own() {
+    // Enough strands for a head, with a thickness that in metres would be absurd.
+    let (flags, lengths) = (flag::POINTS | flag::SEGMENTS, [3; 40]);
+    let mut bytes = hair_file(flags, &lengths, 0);
+    bytes[20..24].copy_from_slice(&0.2_f32.to_le_bytes());
+    let groom = from_hair(&bytes, ImportOptions::default()).unwrap();
+    assert_eq!(diameter(&groom).data, [0.2]);
+    for name in ["usd", "alembic"] {
+        let options = ExportOptions::default().with_unit(100.0);
+        let format = groom_format(name).unwrap();
+        let file = groom.export(format, &options).unwrap().bytes;
+        let file = SourceFile::from_bytes(file).unwrap();
+        let metres = ImportOptions::default().with_unit(100.0);
+        let back = file.import(&metres).unwrap().groom;
+        assert_eq!(back.attribute("thickness").unwrap().data, [0.2]);
+        assert_eq!(back.thickness_faults(), None, "{name}");
+        // Of what is drawn, not of the thickness that it carries.
+        let centimetres = ExportOptions::default().with_unit(1.0);
+        let hair = back.export(groom_format("hair").unwrap(), &centimetres);
+        let hair = from_hair(&hair.unwrap().bytes, ImportOptions::default()).unwrap();
+        assert!((diameter(&hair).data[0] - 0.2).abs() < 1e-6, "{name}");
+    }
+}
+
+#[test]
 fn what_was_assumed_and_set_aside_is_noted() {
     let mut bytes = hair_file(31, &[2, 1, 3], 3);
     bytes[..4].copy_from_slice(b"hair");

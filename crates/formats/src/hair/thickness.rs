@@ -48,11 +48,16 @@ pub(crate) fn diameter(groom: &Groom, cm_per_unit: f64) -> Option<Attribute> {
     })
 }
 
+/// The diameters that are drawn.
+fn drawn(groom: &Groom) -> Option<&Attribute> {
+    groom.attribute("diameter").filter(|a| a.components == 1)
+}
+
 /// The thickness to write into a file of `cm_per_unit`: attribute `thickness` as it was imported,
 /// unless the groom is drawn with another `diameter` than the import gave it.
 pub(crate) fn thickness(groom: &Groom, cm_per_unit: f64) -> Option<Cow<'_, Attribute>> {
     let source_unit = groom.source.cm_per_unit;
-    let drawn = groom.attribute("diameter").filter(|a| a.components == 1);
+    let drawn = drawn(groom);
     let imported = groom.attribute("thickness");
     let is_imported = imported.is_some() && diameter(groom, source_unit).as_ref() == drawn;
     if is_imported || drawn.is_none() {
@@ -104,10 +109,15 @@ pub struct ThicknessFaults {
 
 impl Groom {
     /// What cannot be drawn of the thickness that this groom was imported with; `None` when all
-    /// can, or the groom does not come from a file with a thickness.
+    /// can, the groom does not come from a file with a thickness, or it is drawn with a `diameter`
+    /// that is not made of this one.
     pub fn thickness_faults(&self) -> Option<ThicknessFaults> {
         let thickness = self.attribute("thickness").filter(|a| a.components == 1)?;
         self.source.original.as_ref()?;
+        // Formats with widths of their own carry a `thickness` in the unit of an earlier file.
+        if drawn(self) != diameter(self, self.source.cm_per_unit).as_ref() {
+            return None;
+        }
         let mut faults = ThicknessFaults {
             n_values: thickness.data.len(),
             thickest_cm: thickest(self),
