@@ -121,6 +121,13 @@ pub fn run(
         .partition(|(_, judgement)| judgement.is_done());
     observer.event(Event::Judged { stale: stale.len() });
     for &(item, judgement) in &done {
+        // What failed, such as a --force, is of no interest any more.
+        if judgement.failure.is_some() {
+            let path = RecordPaths::of(item).failed;
+            if let Err(failure) = remove_failure(&path) {
+                observer.event(Event::Note(&failure.what));
+            }
+        }
         observer.event(Event::Skipped(item, judgement));
     }
     let run = Run {
@@ -330,9 +337,14 @@ fn write(item: &Item, made_of: &Fingerprint, key: &str, made: &BakedItem) -> Res
     let folder = folder_of(&paths.done);
     std::fs::create_dir_all(&folder).map_err(cannot(&folder))?;
     record.write(&paths.done).map_err(cannot(&paths.done))?;
-    match std::fs::remove_file(&paths.failed) {
+    remove_failure(&paths.failed)
+}
+
+/// Removes the record of a failure, if there is one.
+fn remove_failure(path: &Path) -> Result<(), Failure> {
+    match std::fs::remove_file(path) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(cannot(&paths.failed)(error))
+            Err(Failure::io(path, "cannot be removed", &error))
         }
         _ => Ok(()),
     }
@@ -447,6 +459,28 @@ mod tests {
         assert_eq!(judge(&items[1]).state(), State::Missing);
         assert_eq!(ran(&items, &RunOptions::default()).0.skipped, 2);
         assert_eq!(judge(&items[1]).state(), State::Done);
+    }
+
+    #[test]
+    fn a_failure_is_forgotten_once_its_item_is_up_to_date() {
+        let folder = inputs(&[("a", "1")]);
+        let items = found(folder.path());
+        assert_eq!(ran(&items, &RunOptions::default()).0.made, 1);
+        // As after a --force that could not write.
+        let judgement = judge(&items[0]);
+        let failed = FailureRecord {
+            key: judgement.key().map(str::to_owned),
+            error: "is write-protected".to_owned(),
+            transient: false,
+        };
+        let path = RecordPaths::of(&items[0]).failed;
+        failed.write(&path).expect("written");
+        assert_eq!(judge(&items[0]).failure, Some(failed.error));
+        let (summary, log) = ran(&items, &RunOptions::default());
+        assert_eq!(summary.skipped, 1);
+        assert_eq!(log, ["stale 0", "skipped out/a.txt"]);
+        assert_eq!(judge(&items[0]).failure, None);
+        assert!(!path.exists());
     }
 
     #[test]
