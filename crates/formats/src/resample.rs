@@ -4,10 +4,15 @@
 use crate::attribute_names::known_attribute;
 use crate::error::{Error, Result};
 use crate::groom::{Attribute, Domain, Groom};
+use crate::paint::PAINT_ATTRIBUTES;
 use crate::validate::in_range;
 
 /// Most points of a strand that [`Groom::resampled`] makes.
 const MAX_POINTS_PER_STRAND: u32 = 65_536;
+
+/// Largest error of widths and paint that [`Groom::simplified`] leaves, a share of the largest value in
+/// the groom.
+const MAX_VALUE_ERROR: f64 = 0.05;
 
 /// A point on the polyline of a strand: between two points that follow each other, or one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,8 +55,10 @@ impl Groom {
     }
 
     /// Every strand with as few of its own points as keep the others within `max_error_cm` of its
-    /// line (Douglas and Peucker 1973); root and tip always stay. Point attributes are those of the
-    /// points that stay. The time is quadratic in the points of a strand at worst.
+    /// line (Douglas and Peucker 1973); root and tip always stay. So do points where `diameter`, `dye`,
+    /// `width_scale` or `shift_scale` is off the line between the points that stay by more than 5 % of its
+    /// largest value in the groom. Point attributes are those of the points that stay. The time is
+    /// quadratic in the points of a strand at worst.
     ///
     /// # Errors
     /// `Value` where `max_error_cm` is negative or no number, or the groom breaks a promise.
@@ -64,16 +71,14 @@ impl Groom {
                 "finite and 0 or more",
             ));
         }
+        let drawn = self.attributes.iter().flat_map(Drawn::of);
+        let drawn: Vec<Drawn> = drawn.collect();
         let mut picks = Vec::new();
         let mut offsets = vec![0];
         let mut keeps = Vec::new();
         for strand in 0..self.n_strands() {
             let range = self.strand(strand);
-            mark_kept(
-                &self.points[range.clone()],
-                f64::from(max_error_cm),
-                &mut keeps,
-            );
+            self.mark_kept(strand, f64::from(max_error_cm), &drawn, &mut keeps);
             let kept = range.zip(&keeps).filter(|(_, keep)| **keep);
             picks.extend(kept.map(|(ix, _)| Pick {
                 from: ix as u32,
@@ -193,22 +198,87 @@ fn picked_values(attribute: &Attribute, picks: &[Pick]) -> Vec<f32> {
     data
 }
 
-/// Marks the points that stay of a strand.
-fn mark_kept(points: &[[f32; 3]], max_error: f64, keeps: &mut Vec<bool>) {
-    keeps.clear();
-    keeps.resize(points.len(), false);
-    let last = points.len() - 1;
-    (keeps[0], keeps[last]) = (true, true);
-    let mut open = vec![(0, last)];
-    while let Some((start, end)) = open.pop() {
-        let far = (start + 1..end)
-            .map(|ix| (ix, to_segment(points[ix], points[start], points[end])))
-            .max_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((ix, _)) = far.filter(|(_, error)| *error > max_error) else {
-            continue;
+/// A component of a width or of paint along the strands.
+struct Drawn<'a> {
+    /// Values of all components.
+    data: &'a [f32],
+    n_components: usize,
+    component: usize,
+    max_error: f64,
+}
+
+impl<'a> Drawn<'a> {
+    /// The components of `attribute`; none where it does not vary along strands or is not drawn.
+    fn of(attribute: &'a Attribute) -> Vec<Drawn<'a>> {
+        let is_paint = PAINT_ATTRIBUTES
+            .iter()
+            .any(|(name, _)| *name == attribute.name);
+        if attribute.domain != Domain::Point || !(is_paint || attribute.name == "diameter") {
+            return Vec::new();
+        }
+        let n_components = attribute.components as usize;
+        let one = |component| {
+            let values = attribute.data.iter().skip(component).step_by(n_components);
+            let largest = values.fold(0.0, |largest: f32, value| largest.max(value.abs()));
+            Drawn {
+                data: &attribute.data,
+                n_components,
+                component,
+                max_error: MAX_VALUE_ERROR * f64::from(largest),
+            }
         };
-        keeps[ix] = true;
-        open.extend([(start, ix), (ix, end)]);
+        (0..n_components).map(one).collect()
+    }
+
+    fn at(&self, point: usize) -> f64 {
+        f64::from(self.data[point * self.n_components + self.component])
+    }
+
+    /// How far the value at `point` is from that `t` of the way from `start` to `end`, in largest
+    /// errors.
+    fn error(&self, point: usize, (start, end): (usize, usize), t: f64) -> f64 {
+        let line = (1.0 - t) * self.at(start) + t * self.at(end);
+        match self.max_error > 0.0 {
+            true => (self.at(point) - line).abs() / self.max_error,
+            // All are zero.
+            false => 0.0,
+        }
+    }
+}
+
+impl Groom {
+    /// Marks the points that stay of `strand`.
+    fn mark_kept(&self, strand: usize, max_error: f64, drawn: &[Drawn], keeps: &mut Vec<bool>) {
+        let range = self.strand(strand);
+        let points = &self.points[range.clone()];
+        keeps.clear();
+        keeps.resize(points.len(), false);
+        let last = points.len() - 1;
+        (keeps[0], keeps[last]) = (true, true);
+        let mut open = vec![(0, last)];
+        while let Some((start, end)) = open.pop() {
+            let worst = |error: &dyn Fn(usize) -> f64, most: f64| {
+                (start + 1..end)
+                    .map(|ix| (ix, error(ix)))
+                    .max_by(|a, b| a.1.total_cmp(&b.1))
+                    .filter(|(_, error)| *error > most)
+            };
+            let on_segment = |ix: usize| to_segment(points[ix], points[start], points[end]);
+            let of_values = |ix: usize| {
+                let t = on_segment(ix).1;
+                let ends = (range.start + start, range.start + end);
+                let errors = drawn
+                    .iter()
+                    .map(|drawn| drawn.error(range.start + ix, ends, t));
+                errors.fold(0.0, f64::max)
+            };
+            let far = worst(&|ix| on_segment(ix).0, max_error);
+            let Some((ix, _)) = far.or_else(|| worst(&of_values, 1.0)) else {
+                continue;
+            };
+            keeps[ix] = true;
+            open.extend([(start, ix), (ix, end)]);
+        }
     }
 }
 
@@ -217,8 +287,9 @@ fn distance(a: [f32; 3], b: [f32; 3]) -> f64 {
     (0..3).map(square).sum::<f64>().sqrt()
 }
 
-/// How far `point` is from the line between `a` and `b`, ends included.
-fn to_segment(point: [f32; 3], a: [f32; 3], b: [f32; 3]) -> f64 {
+/// How far `point` is from the line between `a` and `b`, ends included, and how far along it, 0..=1, the
+/// nearest place is.
+fn to_segment(point: [f32; 3], a: [f32; 3], b: [f32; 3]) -> (f64, f64) {
     let sub = |p: [f32; 3], q: [f32; 3]| {
         [0, 1, 2].map(|axis: usize| f64::from(p[axis]) - f64::from(q[axis]))
     };
@@ -230,7 +301,7 @@ fn to_segment(point: [f32; 3], a: [f32; 3], b: [f32; 3]) -> f64 {
         false => 0.0,
     };
     let rest = [0, 1, 2].map(|axis: usize| way[axis] - t * line[axis]);
-    dot(rest, rest).sqrt()
+    (dot(rest, rest).sqrt(), t)
 }
 
 #[cfg(test)]
@@ -345,7 +416,7 @@ mod tests {
             for &point in &circle.points {
                 let nearest = few.points.windows(2).map(|pair| {
                     let [a, b] = [pair[0], pair[1]];
-                    to_segment(point, a, b)
+                    to_segment(point, a, b).0
                 });
                 let error = nearest.fold(f64::MAX, f64::min);
                 assert!(error <= f64::from(max_error), "{error} {max_error}");
@@ -362,5 +433,38 @@ mod tests {
         assert_eq!(straight.points.len(), 2);
         let back = line(&[0.0, 6.0, 2.0]).simplified(0.5).unwrap();
         assert_eq!(back.points.len(), 3);
+    }
+
+    #[test]
+    fn few_points_keep_widths_and_paint() {
+        let straight = |attributes: Vec<Attribute>| Groom {
+            points: (0..9).map(|ix| [ix as f32, 0.0, 0.0]).collect(),
+            strand_offsets: vec![0, 9],
+            attributes,
+            ..Groom::default()
+        };
+        let kept = |name: &str, components: u32, data: &[f32]| {
+            let own = attribute(name, Domain::Point, components, data);
+            let few = straight(vec![own]).simplified(0.5).unwrap();
+            few.points.iter().map(|at| at[0]).collect::<Vec<f32>>()
+        };
+        // A bulge of half the thickness in the middle, a taper, and less than 5 % of the thickest.
+        let mut widths = [0.01; 9];
+        widths[4] = 0.015;
+        assert_eq!(kept("diameter", 1, &widths), [0.0, 3.0, 4.0, 5.0, 8.0]);
+        let taper: Vec<f32> = (0..9).map(|ix| 0.01 - 0.001 * ix as f32).collect();
+        assert_eq!(kept("diameter", 1, &taper), [0.0, 8.0]);
+        widths[4] = 0.0104;
+        assert_eq!(kept("diameter", 1, &widths), [0.0, 8.0]);
+        // Dye from one point to the next; its colour is the same all along.
+        let dye = |ix: usize| [0.2, 0.4, 0.6, f32::from(u8::from(ix >= 6))];
+        let dye: Vec<f32> = (0..9).flat_map(dye).collect();
+        assert_eq!(kept("dye", 4, &dye), [0.0, 5.0, 6.0, 8.0]);
+        // What is not drawn, and what is zero all along.
+        assert_eq!(
+            kept("way", 1, &widths.map(|w| 100.0 * (w - 0.01))),
+            [0.0, 8.0]
+        );
+        assert_eq!(kept("dye", 4, &[0.0; 36]), [0.0, 8.0]);
     }
 }

@@ -10,7 +10,7 @@ use super::spec::{MAX_GENERATED_POINTS, MAX_POINTS_PER_STRAND};
 pub enum Resample {
     /// So many at equal distances, 2..=[`MAX_POINTS_PER_STRAND`].
     Points(u32),
-    /// As few of their own as keep the others within a distance of the line, cm.
+    /// As few of their own as keep the others within a distance of the line, cm, and widths and paint near.
     MaxError(f32),
 }
 

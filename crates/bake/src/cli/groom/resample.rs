@@ -18,9 +18,13 @@ pub struct Args {
 #[derive(clap::Args)]
 #[group(required = true, multiple = false)]
 struct How {
-    #[arg(long, help = format!("Points of every strand, at equal distances, 2 to {MAX_POINTS_PER_STRAND}"))]
+    #[arg(long, help = format!(
+        "Points of every strand, at equal distances, 2 to {MAX_POINTS_PER_STRAND}; widths and paint are \
+         interpolated there, and what is finer is lost"
+    ))]
     points: Option<u32>,
-    /// Leave out points while the others stay this near to the strand, cm
+    /// Leave out points while the others stay this near to the strand, cm, and widths and paint within
+    /// 5 % of their largest value
     #[arg(long, value_name = "CM")]
     max_error: Option<f32>,
 }
