@@ -55,17 +55,28 @@ pub const MAP: &str = "strandlight/map";
 /// See [`MAP`].
 pub const OPTIONS: &str = "strandlight/options";
 
-/// What a refusal looks at, in this order, to say what differs; the scene holds all others.
-pub(super) const BLAMED: [(&str, &str); 8] = [
-    (GROOM, "groom is"),
-    (LIGHTS, "light set is"),
-    (MAP, "map is"),
-    (PANORAMA, "panorama is"),
-    (TABLES, "tables are"),
-    (OPTIONS, "options are"),
-    (TIME, "time is"),
-    (SCENE, "scene is"),
-];
+/// What a refusal looks at, in this order, to say what differs between two pictures by `method`; the scene
+/// holds all others.
+pub(super) fn blamed(method: &str) -> [(&'static str, &'static str); 8] {
+    let is_by = |other: Method| method == other.name();
+    let options = if is_by(Method::Path) {
+        "option --energy-safe is"
+    } else if is_by(Method::Directional) {
+        "number of --lights is"
+    } else {
+        "lights and densities are"
+    };
+    [
+        (GROOM, "groom is"),
+        (LIGHTS, "light set is"),
+        (MAP, "map is"),
+        (PANORAMA, "panorama is"),
+        (TABLES, "tables are"),
+        (OPTIONS, options),
+        (TIME, "time is"),
+        (SCENE, "scene is"),
+    ]
+}
 
 /// Layers with the sums that they show.
 type LayerOf = (&'static str, fn(&Pixel) -> [f64; 3]);
@@ -188,17 +199,20 @@ impl ReferenceFile {
 }
 
 /// Why a picture of other inputs is another.
-pub(super) fn other_inputs(header: &Header, provenance: &Provenance) -> FileError {
-    let blamed = BLAMED.into_iter().find_map(|(name, what)| {
-        let found = text_of(header, name.strip_prefix("strandlight/")?);
-        let expected = provenance.get(name);
-        let text = |value: Option<&str>| value.unwrap_or("none").to_owned();
-        (found.as_deref() != expected).then(|| FileError::Other {
-            what,
-            found: text(found.as_deref()),
-            expected: text(expected),
-        })
-    });
+pub(super) fn other_inputs(header: &Header, wanted: &ReferenceFile) -> FileError {
+    let provenance = &wanted.provenance;
+    let blamed = blamed(wanted.method.name())
+        .into_iter()
+        .find_map(|(name, what)| {
+            let found = text_of(header, name.strip_prefix("strandlight/")?);
+            let expected = provenance.get(name);
+            let text = |value: Option<&str>| value.unwrap_or("none").to_owned();
+            (found.as_deref() != expected).then(|| FileError::Other {
+                what,
+                found: text(found.as_deref()),
+                expected: text(expected),
+            })
+        });
     // Files of 0.1.0 tell nothing.
     let tells = text_of(header, "scene").is_some();
     blamed.filter(|_| tells).unwrap_or(FileError::OtherInputs)
@@ -226,7 +240,7 @@ fn decode(bytes: &[u8], wanted: &ReferenceFile) -> Result<Film, FileError> {
         return Err(other("size is", &found, &expected));
     }
     if need(header, INPUTS)? != wanted.inputs {
-        return Err(other_inputs(header, &wanted.provenance));
+        return Err(other_inputs(header, wanted));
     }
     let seed = need(header, SEED)?;
     if seed != wanted.seed.to_string() {

@@ -19,7 +19,7 @@ use super::decode::{
     CHECKSUM, SAMPLES, attributes_of, film_of, header_of, need, number_of, size_of, text_of,
 };
 use super::exact::all_sums;
-use super::file::{BLAMED, INPUTS, METHOD, PART, ReferenceFile, SEED};
+use super::file::{INPUTS, METHOD, PART, ReferenceFile, SEED, blamed};
 use super::file_error::FileError;
 use super::spans::samples_of_part;
 
@@ -166,7 +166,9 @@ impl PartInfo {
         let [found, expected] = n_samples;
         check("number of samples in all is", found, expected)?;
         check("size is", shape(self.size), shape(first.size))?;
-        let blamed = BLAMED.map(|(name, what)| {
+        // That of both, or else it is what differs.
+        let method = self.shared(METHOD).unwrap_or_default();
+        let blamed = blamed(method).map(|(name, what)| {
             let name = name.strip_prefix("strandlight/").unwrap_or(name);
             (name, what)
         });

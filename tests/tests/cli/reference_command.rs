@@ -256,7 +256,7 @@ fn what_differs_from_the_picture_to_resume_is_named() {
         ),
         (
             "a.toml --method directional --samples 1 --lights 9 -o a.exr".to_owned(),
-            "its options are 8, not 9",
+            "its number of --lights is 8, not 9",
         ),
         (
             "a.toml --method path --samples 1 -o a.exr".to_owned(),
@@ -270,6 +270,12 @@ fn what_differs_from_the_picture_to_resume_is_named() {
             &needles,
         );
     }
+    let by_path = "a.toml --method path --samples 1 -o path.exr";
+    assert_done(&mut reference(folder, by_path));
+    assert_refused(
+        &mut reference(folder, &format!("{by_path} --resume --energy-safe")),
+        &["path.exr", "its option --energy-safe is false, not true"],
+    );
     // Of a panorama the file's name says nothing.
     let behind = "--set render.background=panorama --set lights.panorama=a.panorama";
     let args = format!("a.toml {common} {behind} -o behind.exr").replace("-o a.exr ", "");
