@@ -251,7 +251,7 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
     } else if let (true, Some(radius), Some(at)) =
         (state.paint.is_on, state.paint.radius_px, viewport.hover)
     {
-        let scale = ui.ctx().pixels_per_point();
+        let scale = viewport.pixels_per_point;
         let centre = response.rect.min + egui::vec2(at[0], at[1]) / scale;
         let stroke = |width, gray: u8| egui::Stroke::new(width, egui::Color32::from_gray(gray));
         // Dark under light: seen on any hair.

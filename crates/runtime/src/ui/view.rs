@@ -6,6 +6,7 @@ use super::orbit::{self, Bounds};
 use super::stroke_input::{self, Sample};
 use super::theme;
 use strandlight_scene::Camera;
+use strandlight_scene::budget::{MAX_TARGET_PIXELS, MAX_TARGET_SIDE};
 
 /// Radians of a turn for a drag over one point of the window.
 const ORBIT_SPEED: f32 = 0.008;
@@ -16,8 +17,10 @@ const WHEEL_SPEED: f32 = 0.0025;
 /// What happened to the picture in a frame.
 #[derive(Clone, Debug, Default)]
 pub struct ViewportInput {
-    /// Width and height in pixels that the picture has room for.
+    /// Width and height in pixels of the picture: those that it has room for, or fewer where these are more than are drawn at once.
     pub size: [u32; 2],
+    /// Of these, for a point of the window.
+    pub pixels_per_point: f32,
     /// Where it was clicked, pixels from its upper left.
     pub clicked: Option<[f32; 2]>,
     /// Where it was clicked twice.
@@ -46,7 +49,10 @@ pub fn show(
 ) -> (ViewportInput, egui::Response) {
     let scale = ui.ctx().pixels_per_point();
     let rect = whole_pixels(ui.available_rect_before_wrap(), scale);
-    let size = [rect.width(), rect.height()].map(|side| (side * scale).round().max(0.0) as u32);
+    let room = [rect.width(), rect.height()].map(|side| side * scale);
+    let shrink = shrink_to_target(room);
+    let size = room.map(|side| (side * shrink).round().max(0.0) as u32);
+    let pixels_per_point = scale * shrink;
     let mut reach = rect;
     if is_beside {
         // The panel's edge is dragged from either side of it.
@@ -63,7 +69,7 @@ pub fn show(
         ui.painter()
             .image(texture, rect, whole, egui::Color32::WHITE);
     }
-    let pixel = |place: egui::Pos2| (scale * (place - rect.min)).into();
+    let pixel = |place: egui::Pos2| (pixels_per_point * (place - rect.min)).into();
     let at = |is_so: bool| response.interact_pointer_pos().filter(|_| is_so).map(pixel);
     // With Ctrl the mouse is the camera's even then, and two fingers always are.
     let is_camera = ui.input(|input| input.modifiers.command || input.multi_touch().is_some());
@@ -74,6 +80,7 @@ pub fn show(
     let turn = f64::from((response.drag_delta().x * ORBIT_SPEED).to_degrees());
     let viewport = ViewportInput {
         size,
+        pixels_per_point,
         clicked: at(response.clicked()),
         clicked_twice: at(response.double_clicked() && !is_brush),
         is_dragged: response.dragged(),
@@ -87,6 +94,17 @@ pub fn show(
         turn_lights_deg: (is_turning && turn != 0.0).then_some(turn),
     };
     (viewport, response)
+}
+
+/// By how much the sides of a picture with room for so many pixels are multiplied, so that it can be drawn at once: 1 but for very
+/// large windows.
+fn shrink_to_target([width, height]: [f32; 2]) -> f32 {
+    // Rounding to whole pixels makes sides longer by half of one.
+    let most_pixels = (MAX_TARGET_PIXELS - 2 * MAX_TARGET_SIDE) as f32;
+    let by_pixels = (most_pixels / (width * height).max(1.0)).sqrt();
+    let by_side = MAX_TARGET_SIDE as f32 / width.max(height).max(1.0);
+    let fits = width * height <= MAX_TARGET_PIXELS as f32;
+    by_side.min(if fits { 1.0 } else { by_pixels }).min(1.0)
 }
 
 fn primary_down(ui: &Ui) -> bool {
@@ -166,7 +184,35 @@ fn whole_pixels(rect: Rect, scale: f32) -> Rect {
 
 #[cfg(test)]
 mod tests {
+    use strandlight_scene::budget::check_target;
+
     use super::*;
+
+    #[test]
+    fn pictures_of_very_large_windows_are_as_large_as_can_be_drawn() {
+        for room in [[640.0, 480.0], [3840.0, 2160.0], [8192.0, 1024.0]] {
+            assert_eq!(shrink_to_target(room), 1.0, "{room:?}");
+        }
+        for room in [
+            [5120.0, 2880.0],
+            [5120.0, 2160.0],
+            [16384.0, 300.0],
+            [9000.0, 8000.0],
+            [2897.0, 2897.0],
+        ] {
+            let shrink = shrink_to_target(room);
+            let size = room.map(|side| (side * shrink).round() as u32);
+            check_target(size).expect("it is drawn at once");
+            let [width, height] = size.map(|side| side as f32);
+            assert!(
+                ((width * room[1]) / (height * room[0]) - 1.0).abs() < 0.003,
+                "{size:?}"
+            );
+            let is_large = width * height > 0.99 * MAX_TARGET_PIXELS as f32;
+            assert!(is_large || width == MAX_TARGET_SIDE as f32, "{size:?}");
+        }
+        assert_eq!(shrink_to_target([0.0, 0.0]), 1.0);
+    }
 
     #[test]
     fn the_picture_covers_whole_pixels() {
