@@ -14,7 +14,7 @@ use super::{Change, Session};
 use crate::error::SessionError;
 use strandlight_scene::SceneError;
 use strandlight_scene::assets::{Assets, ModesToRead};
-use strandlight_scene::files::Files;
+use strandlight_scene::files::{Files, MAX_GROOM_BYTES};
 
 /// Parameter of a groom that a save has made: such a file may be replaced by the next save of the scene that it is called
 /// after.
@@ -184,12 +184,20 @@ impl Session {
     /// # Errors
     /// As there.
     pub fn save_copy(&self, path: &Path) -> Result<Saved, SessionError> {
-        Ok(self.plan_save(path, None)?.write(&self.files)?)
+        let written = self.plan_save(path, None)?.write(&self.files);
+        Ok(written.map_err(|unwritten| unwritten.error)?)
     }
 
     fn save_to(&mut self, path: &Path, groom: Option<&Path>) -> Result<Saved, SessionError> {
         let plan = self.plan_save(path, groom)?;
-        let saved = plan.write(&self.files)?;
+        let saved = match plan.write(&self.files) {
+            Ok(saved) => saved,
+            Err(Unwritten { error, restored }) => {
+                // Not another program's work.
+                self.on_disk.written.extend(times_of(restored, &self.files));
+                return Err(error.into());
+            }
+        };
         self.adopt(plan, &saved);
         Ok(saved)
     }
@@ -458,24 +466,41 @@ struct SavePlan {
 }
 
 impl SavePlan {
-    /// Writes the files, the scene last. Where one cannot be written, those before it that were not there are taken away.
-    fn write(&self, files: &Files) -> Result<Saved, strandlight_formats::Error> {
+    /// Writes the files, the scene last. Where one cannot be written, those before it are as they were.
+    fn write(&self, files: &Files) -> Result<Saved, Unwritten> {
         let held = self.held.iter().map(|held| (&held.to, &held.bytes[..]));
         let painted = self.painted.iter().map(|(to, bytes)| (to, &bytes[..]));
         let scene = std::iter::once((&self.path, self.text.as_bytes()));
-        let (mut saved, mut is_new) = (Saved::default(), Vec::new());
+        let (mut saved, mut before) = (Saved::default(), Vec::new());
         for (to, bytes) in held.chain(painted).chain(scene) {
-            is_new.push(!files.exists(to));
+            // The scene is the last one.
+            let was_there = *to != self.path && files.exists(to);
+            before.push(was_there.then(|| files.read(to, MAX_GROOM_BYTES)));
             if let Err(error) = files.write(to, bytes) {
-                for (made, _) in saved.files.iter().zip(is_new).filter(|(_, is_new)| *is_new) {
-                    files.remove(made);
+                let mut restored = Vec::new();
+                for (made, before) in saved.files.iter().zip(before) {
+                    match before {
+                        None => files.remove(made),
+                        Some(Ok(bytes)) if files.write(made, &bytes).is_ok() => {
+                            restored.push(made.clone());
+                        }
+                        // Nobody can say what it was.
+                        Some(_) => {}
+                    }
                 }
-                return Err(error);
+                return Err(Unwritten { error, restored });
             }
             saved.files.push(to.clone());
         }
         Ok(saved)
     }
+}
+
+/// A document that could not be written.
+struct Unwritten {
+    error: strandlight_formats::Error,
+    /// Files that were replaced, and are what they were before again.
+    restored: Vec<PathBuf>,
 }
 
 /// A file that was made and is in memory only: where it is held, and where it is written.

@@ -233,6 +233,26 @@ fn a_save_that_fails_can_be_tried_again() {
 }
 
 #[test]
+fn a_save_that_fails_leaves_files_as_they_were() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    let mut session = held_in(folder.path());
+    session.stroke(dyed(0..2, &Paint::unpainted(4)));
+    session
+        .save_with_groom(&at("c.toml"), &at("c.groom"))
+        .expect("written");
+    let before = std::fs::read(at("c.groom")).expect("read");
+    session.stroke(dyed(2..4, &Paint::unpainted(4)));
+    // The groom is written, the scene cannot be.
+    std::fs::create_dir(at("d.toml")).expect("a folder");
+    let refused = session.save_with_groom(&at("d.toml"), &at("c.groom"));
+    let error = refused.expect_err("a folder").to_string();
+    assert!(error.contains("d.toml"), "{error}");
+    assert_eq!(std::fs::read(at("c.groom")).expect("read"), before);
+    assert!(session.is_modified() && !session.is_changed_on_disk());
+}
+
+#[test]
 fn a_write_protected_scene_is_left_alone() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("a.toml");
