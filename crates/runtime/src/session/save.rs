@@ -184,20 +184,17 @@ impl Session {
     /// # Errors
     /// As there.
     pub fn save_copy(&self, path: &Path) -> Result<Saved, SessionError> {
-        let written = self.plan_save(path, None)?.write(&self.files);
-        Ok(written.map_err(|unwritten| unwritten.error)?)
+        let plan = self.plan_save(path, None)?;
+        Ok(plan.write(&self.files, &mut Vec::new())?)
     }
 
     fn save_to(&mut self, path: &Path, groom: Option<&Path>) -> Result<Saved, SessionError> {
         let plan = self.plan_save(path, groom)?;
-        let saved = match plan.write(&self.files) {
-            Ok(saved) => saved,
-            Err(Unwritten { error, restored }) => {
-                // Not another program's work.
-                self.on_disk.written.extend(times_of(restored, &self.files));
-                return Err(error.into());
-            }
-        };
+        let mut restored = Vec::new();
+        let saved = plan.write(&self.files, &mut restored);
+        // Not another program's work.
+        self.on_disk.written.extend(times_of(restored, &self.files));
+        let saved = saved?;
         self.adopt(plan, &saved);
         Ok(saved)
     }
@@ -466,8 +463,13 @@ struct SavePlan {
 }
 
 impl SavePlan {
-    /// Writes the files, the scene last. Where one cannot be written, those before it are as they were.
-    fn write(&self, files: &Files) -> Result<Saved, Unwritten> {
+    /// Writes the files, the scene last. Where one cannot be written, those before it are as they were: `restored` has those that had been
+    /// replaced.
+    fn write(
+        &self,
+        files: &Files,
+        restored: &mut Vec<PathBuf>,
+    ) -> Result<Saved, strandlight_formats::Error> {
         let held = self.held.iter().map(|held| (&held.to, &held.bytes[..]));
         let painted = self.painted.iter().map(|(to, bytes)| (to, &bytes[..]));
         let scene = std::iter::once((&self.path, self.text.as_bytes()));
@@ -477,7 +479,6 @@ impl SavePlan {
             let was_there = *to != self.path && files.exists(to);
             before.push(was_there.then(|| files.read(to, MAX_GROOM_BYTES)));
             if let Err(error) = files.write(to, bytes) {
-                let mut restored = Vec::new();
                 for (made, before) in saved.files.iter().zip(before) {
                     match before {
                         None => files.remove(made),
@@ -488,19 +489,12 @@ impl SavePlan {
                         Some(_) => {}
                     }
                 }
-                return Err(Unwritten { error, restored });
+                return Err(error);
             }
             saved.files.push(to.clone());
         }
         Ok(saved)
     }
-}
-
-/// A document that could not be written.
-struct Unwritten {
-    error: strandlight_formats::Error,
-    /// Files that were replaced, and are what they were before again.
-    restored: Vec<PathBuf>,
 }
 
 /// A file that was made and is in memory only: where it is held, and where it is written.
