@@ -196,7 +196,7 @@ fn parameters(kinds: &BTreeMap<String, usize>, options: &ImportOptions) -> Vec<(
     ]
 }
 
-/// So is hair that other programs hide.
+/// Hair that other programs hide is imported all the same.
 fn note_hidden(stage: &Stage, ix: usize, path: &str, notes: &mut Vec<Note>) -> Result<()> {
     for ix in stage.upwards(ix) {
         if let Some(property) = stage.prim(ix).properties.get("visibility")
@@ -216,7 +216,7 @@ fn note_hidden(stage: &Stage, ix: usize, path: &str, notes: &mut Vec<Note>) -> R
     Ok(())
 }
 
-/// Hair that other programs do not render is imported all the same.
+/// So is hair that is not there to be rendered.
 fn note_purpose(stage: &Stage, ix: usize, path: &str, notes: &mut Vec<Note>) -> Result<()> {
     for ix in stage.upwards(ix) {
         let property = stage.prim(ix).properties.get("purpose");
