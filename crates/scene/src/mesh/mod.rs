@@ -7,6 +7,7 @@
 //! - `Placed`: where a place counts as lying. As with the other proxies, places inside count as
 //!   if they lay on the surface.
 
+mod closed;
 mod distances;
 mod heights;
 mod rays;
@@ -31,6 +32,8 @@ pub struct MeshShape {
     /// Vertices and triangles.
     pub mesh: Mesh,
     distances: Distances,
+    /// See [`closed::is_closed`].
+    is_closed: bool,
 }
 
 impl fmt::Debug for MeshShape {
@@ -73,6 +76,7 @@ impl MeshShape {
     pub fn new(mesh: Mesh) -> MeshShape {
         MeshShape {
             distances: Distances::new(&mesh),
+            is_closed: closed::is_closed(&mesh),
             mesh,
         }
     }
@@ -128,7 +132,7 @@ impl MeshProxy {
     /// What it hides of a light in `direction`, a unit vector.
     #[doc(hidden)]
     pub fn height_map(&self, direction: Vec3) -> HeightMap {
-        HeightMap::new(&self.shape.mesh, direction)
+        HeightMap::new(&self.shape.mesh, self.shape.is_closed, direction)
     }
 
     /// A vertex in the world, cm.
@@ -170,11 +174,9 @@ pub(crate) mod tests {
             for column in 0..2 * n {
                 let polar = std::f32::consts::PI * row as f32 / n as f32;
                 let azimuth = std::f32::consts::PI * column as f32 / n as f32;
-                let unit = Vec3::new(
-                    polar.sin() * azimuth.sin(),
-                    polar.cos(),
-                    polar.sin() * azimuth.cos(),
-                );
+                // Both poles are points.
+                let radius = polar.sin().max(0.0);
+                let unit = Vec3::new(radius * azimuth.sin(), polar.cos(), radius * azimuth.cos());
                 positions.push((radii * unit).to_array());
             }
         }
