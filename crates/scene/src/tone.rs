@@ -96,7 +96,10 @@ pub fn dither(pixel: [u32; 2]) -> f32 {
 
 /// The 8-bit level of a value in 0..=1 at a place with this [`dither`].
 pub fn level(value: f32, dither: f32) -> u8 {
-    (value.clamp(0.0, 1.0) * 255.0 + dither).round() as u8
+    let level = value.clamp(0.0, 1.0) * 255.0 + dither;
+    // `round`, which is a call where the instruction set has none.
+    let whole = level as i32;
+    (whole + i32::from(level - whole as f32 >= 0.5)) as u8
 }
 
 #[cfg(test)]
@@ -127,6 +130,19 @@ mod tests {
         let mut quarters = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|at| (dither(at) * 4.0).floor());
         quarters.sort_by(f32::total_cmp);
         assert_eq!(quarters, [-2.0, -1.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn levels_are_rounded() {
+        for ix in 0..=20_000 {
+            let value = ix as f32 / 20_000.0;
+            for dither in [-31.5, -0.5, 0.0, 20.5, 31.5].map(|rank: f32| rank / 64.0) {
+                assert_eq!(level(value, dither), (value * 255.0 + dither).round() as u8);
+            }
+        }
+        let edge = 0.5 - f32::EPSILON / 4.0;
+        assert_eq!([level(0.0, edge), level(0.0, 0.5)], [0, 1]);
+        assert_eq!(level(f32::NAN, 0.0), 0);
     }
 
     #[test]
