@@ -108,7 +108,7 @@ impl Listing {
                     scratch.ribbons.extend(ribbons);
                     scratch.fill(simd, &self.points);
                 });
-                scratch.tile(view, [x, y], size)
+                scratch.tile((view, beside), [x, y], size)
             })
             .collect();
         self.tiles.extend(tiles);

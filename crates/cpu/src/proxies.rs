@@ -7,7 +7,6 @@ use strandlight_scene::background::ray_direction;
 use strandlight_scene::beside::Beside;
 use strandlight_scene::bounce::PassedWeights;
 use strandlight_scene::camera::ViewUniform;
-use strandlight_scene::mesh::barycentric;
 use strandlight_scene::proxy::{GROUND, LIGHT_MAP_SIDE, entry_distance, light_map_place};
 use strandlight_scene::sampling::SAMPLE_POSITIONS;
 use strandlight_scene::scene::LightRecord;
@@ -15,7 +14,7 @@ use strandlight_scene::volume::Grid;
 
 use super::proxy_light::Surfaces;
 use super::transmittance::mix;
-use super::triangles::Triangles;
+use super::triangles::{Triangles, corner_shares, of_mesh};
 
 /// Texels of a light map.
 const N_TEXELS: usize = (LIGHT_MAP_SIDE * LIGHT_MAP_SIDE) as usize;
@@ -213,7 +212,9 @@ impl Proxies {
     pub fn sent_back(&self, surface: u32, position: Vec3) -> [f32; 3] {
         let n_records = self.beside.records().n;
         if surface >= n_records {
-            return self.sent_back_by_triangle(surface - n_records, position);
+            let triangle = surface - n_records;
+            let shares = corner_shares(&self.beside, triangle, position);
+            return self.sent_back_by_triangle(triangle, shares);
         }
         let proxy = surface as usize;
         let at = light_map_place(&self.beside.records().list[proxy], position).map(|x| x - 0.5);
@@ -228,12 +229,23 @@ impl Proxies {
         [0, 1, 2].map(|channel: usize| mix(a[channel], b[channel], f[1]))
     }
 
-    fn sent_back_by_triangle(&self, triangle: u32, position: Vec3) -> [f32; 3] {
+    /// [`Proxies::sent_back`] where the [`corner_shares`] of a place on a triangle are known.
+    pub fn sent_back_from(
+        &self,
+        surface: u32,
+        position: Vec3,
+        shares: impl FnOnce() -> [f32; 3],
+    ) -> [f32; 3] {
+        match surface.checked_sub(self.beside.records().n) {
+            Some(triangle) => self.sent_back_by_triangle(triangle, shares()),
+            None => self.sent_back(surface, position),
+        }
+    }
+
+    fn sent_back_by_triangle(&self, triangle: u32, shares: [f32; 3]) -> [f32; 3] {
         let (mesh, triangle) = of_mesh(&self.beside, triangle);
         let first = self.first_vertices[mesh];
-        let mesh = &self.beside.meshes()[mesh];
-        let shares = barycentric(mesh.corners(triangle), position);
-        let corners = mesh.shape.mesh.triangles[triangle];
+        let corners = self.beside.meshes()[mesh].shape.mesh.triangles[triangle];
         let colors = corners.map(|corner| self.sent_back[first + corner as usize]);
         [0, 1, 2].map(|channel: usize| (0..3).map(|ix| shares[ix] * colors[ix][channel]).sum())
     }
@@ -249,16 +261,4 @@ impl Proxies {
         let y = row.clamp(0, side - 1);
         self.sent_back[proxy * N_TEXELS + (y * side + x) as usize]
     }
-}
-
-/// Mesh and triangle of it that are number `triangle` of all.
-fn of_mesh(beside: &Beside, mut triangle: u32) -> (usize, usize) {
-    for (ix, mesh) in beside.meshes().iter().enumerate() {
-        let n = mesh.shape.mesh.triangles.len() as u32;
-        if triangle < n {
-            return (ix, triangle as usize);
-        }
-        triangle -= n;
-    }
-    (0, 0)
 }

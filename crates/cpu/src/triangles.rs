@@ -8,6 +8,7 @@
 use glam::{DVec3, Vec3};
 use strandlight_scene::beside::Beside;
 use strandlight_scene::camera::ViewUniform;
+use strandlight_scene::mesh::barycentric;
 
 /// Side of a tile, px: those of visibility lists too, which ask for the triangles of a whole tile at once.
 pub(super) const TILE: u32 = 16;
@@ -201,4 +202,21 @@ fn bounds_of(view: &ViewUniform, corners: [Vec3; 3]) -> [[f32; 2]; 2] {
         along(view.right, 1.0, middle[0]),
         along(view.up, -1.0, middle[1]),
     ]
+}
+/// Mesh and triangle of it that are number `triangle` of all.
+pub(super) fn of_mesh(beside: &Beside, mut triangle: u32) -> (usize, usize) {
+    for (ix, mesh) in beside.meshes().iter().enumerate() {
+        let n = mesh.shape.mesh.triangles.len() as u32;
+        if triangle < n {
+            return (ix, triangle as usize);
+        }
+        triangle -= n;
+    }
+    (0, 0)
+}
+
+/// What a place on the triangle that is number `triangle` of all weighs its corners with.
+pub(super) fn corner_shares(beside: &Beside, triangle: u32, position: Vec3) -> [f32; 3] {
+    let (mesh, triangle) = of_mesh(beside, triangle);
+    barycentric(beside.meshes()[mesh].corners(triangle), position)
 }

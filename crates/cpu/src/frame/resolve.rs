@@ -151,7 +151,8 @@ fn resolve_tile(
         band[tile.place(pixel, width)] = sum;
     }
     for entry in &tile.proxies {
-        let sent_back = proxies.sent_back(entry.surface, Vec3::from(entry.position));
+        let position = Vec3::from(entry.position);
+        let sent_back = proxies.sent_back_from(entry.surface, position, || entry.shares());
         let sum = &mut band[tile.place(entry.pixel as usize, width)];
         for (channel, value) in sent_back.into_iter().enumerate() {
             sum[channel] += entry.weight * value;

@@ -6,7 +6,7 @@ use strandlight_scene::beside::Beside;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::proxy::entry_distance;
 
-use super::super::triangles::{Triangle, Triangles};
+use super::super::triangles::{Triangle, Triangles, corner_shares};
 use super::places::{FARTHEST, PLACES, linear, place};
 
 /// No proxy is there.
@@ -21,8 +21,18 @@ pub(crate) struct ProxyEntry {
     pub surface: u32,
     /// Where it is hit, cm.
     pub position: [f32; 3],
+    /// Of a triangle, what the place weighs its second and third corner with.
+    shares: [f32; 2],
     /// Share of the pixel's colour.
     pub weight: f32,
+}
+
+impl ProxyEntry {
+    /// [`corner_shares`] of the place.
+    pub fn shares(&self) -> [f32; 3] {
+        let [b, c] = self.shares;
+        [1.0 - b - c, b, c]
+    }
 }
 
 /// What is hidden of a pixel.
@@ -156,9 +166,8 @@ impl Blocked {
     /// Adds the proxies that the `open` places of a pixel with this middle show.
     pub fn entries(
         &self,
-        view: &ViewUniform,
-        at: [f32; 2],
-        pixel: u32,
+        (view, beside): (&ViewUniform, &Beside),
+        (at, pixel): ([f32; 2], u32),
         open: &[f32; PLACES],
         entries: &mut Vec<ProxyEntry>,
     ) {
@@ -195,10 +204,16 @@ impl Blocked {
                 let away = direction.dot(Vec3::from(view.forward));
                 let depth = view.near + depth / weight * (view.far - view.near);
                 let position = eye + direction * (depth / away);
+                let surface = surface as u32;
+                let triangle = surface.checked_sub(beside.records().n);
+                let [_, b, c] = triangle.map_or([0.0; 3], |triangle| {
+                    corner_shares(beside, triangle, position)
+                });
                 entries.push(ProxyEntry {
                     pixel,
-                    surface: surface as u32,
+                    surface,
                     position: position.to_array(),
+                    shares: [b, c],
                     weight: weight / PLACES as f32,
                 });
             }

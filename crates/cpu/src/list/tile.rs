@@ -260,7 +260,12 @@ impl Scratch {
     }
 
     /// The list of the tile.
-    pub fn tile(&mut self, view: &ViewUniform, origin: [u32; 2], size: [u32; 2]) -> Tile {
+    pub fn tile(
+        &mut self,
+        (view, beside): (&ViewUniform, &Beside),
+        origin: [u32; 2],
+        size: [u32; 2],
+    ) -> Tile {
         let n_pixels = (size[0] * size[1]) as usize;
         let n_entries = self.pixels.iter().map(|pixel| pixel.entries.len()).sum();
         let mut tile = Tile {
@@ -294,7 +299,8 @@ impl Scratch {
             if let Some(blocked) = blocked {
                 let at = [ix as u32 % size[0], ix as u32 / size[0]];
                 let at = [0, 1].map(|axis: usize| (origin[axis] + at[axis]) as f32 + 0.5);
-                blocked.entries(view, at, ix as u32, &pixel.open, &mut tile.proxies);
+                let of_pixel = (at, ix as u32);
+                blocked.entries((view, beside), of_pixel, &pixel.open, &mut tile.proxies);
             }
         }
         tile.starts.push(tile.entries.len() as u32);
