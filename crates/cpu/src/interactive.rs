@@ -55,6 +55,8 @@ pub struct InteractiveRenderer {
     pixels: Vec<[u8; 4]>,
     /// What `pixels` becomes, where a refinement would be seen to jump.
     fade: Option<Fade>,
+    /// Of what it ends with: is it lit as the scene was last set, and is nothing left to do?
+    is_faded_to: (bool, bool),
     /// Of `pixels`.
     shown: [u32; 2],
     version: u64,
@@ -94,6 +96,7 @@ impl InteractiveRenderer {
             renderer: CpuRenderer::of(edited),
             pixels: Vec::new(),
             fade: None,
+            is_faded_to: (false, false),
             shown: [0, 0],
             version: 0,
             frame_version: 0,
@@ -115,6 +118,10 @@ impl InteractiveRenderer {
     // Steps take some milliseconds, up to 30 on two cores (480,000 points).
     pub fn advance(&mut self, budget: Duration) -> Result<PictureProgress, RenderError> {
         if self.is_resting() {
+            return Ok(self.progress());
+        }
+        // Its steps follow each other as fast as a screen takes them: work in between would hold up the picture.
+        if self.step_fade() {
             return Ok(self.progress());
         }
         if !self.renderer.has_steps(self.size) {
@@ -139,10 +146,9 @@ impl InteractiveRenderer {
             return Ok(self.progress());
         }
         let deadline = Deadline::after(budget);
-        let is_fading = self.step_fade();
         let advance = self.renderer.advance(self.size, deadline);
-        match self.is_to_be_shown(&advance) && (is_fading || !deadline.is_to_come()) {
-            // A step of a fade is seen by itself, and to bring a picture on the screen takes longer than most steps.
+        match self.is_to_be_shown(&advance) && !deadline.is_to_come() {
+            // To bring a picture on the screen takes longer than most steps.
             true => {
                 self.to_be_shown = Some(advance);
                 self.renderer.hold(true);
@@ -160,6 +166,7 @@ impl InteractiveRenderer {
         self.version += 1;
         if fade.advance(&mut self.pixels) {
             self.fade = None;
+            (self.is_shaded, self.is_done) = self.is_faded_to;
         }
         true
     }
@@ -191,8 +198,11 @@ impl InteractiveRenderer {
             let stats = self.renderer.take_stats();
             self.note(&stats);
         }
-        self.is_shaded = advance.is_complete && self.fade.is_none();
-        self.is_done = advance.is_done && self.fade.is_none();
+        self.is_faded_to = (advance.is_complete, advance.is_done);
+        (self.is_shaded, self.is_done) = match self.fade {
+            Some(_) => (false, false),
+            None => self.is_faded_to,
+        };
     }
 
     /// How far the picture has come. It has no samples.
