@@ -302,6 +302,81 @@ fn without_webgpu_the_cpu_draws_the_page() {
     assert_eq!(browser.console, Vec::<String>::new());
 }
 
+/// Keeps how many milliseconds after each input the page hears of it, and the frame after it is done.
+const TIME_INPUT: &str = "
+    globalThis.heard = [];
+    globalThis.drawn = [];
+    for (const kind of ['pointerdown', 'pointerrawupdate', 'pointerup', 'keydown']) {
+        addEventListener(kind, event => {
+            heard.push(performance.now() - event.timeStamp);
+            const frame = () => drawn.push(performance.now() - event.timeStamp);
+            requestAnimationFrame(() => setTimeout(frame, 0));
+        }, { capture: true });
+    }";
+
+/// `cargo test --release -p strandlight-tests --test web input -- --ignored --nocapture`, with the scene that `STRANDLIGHT_SCENE`
+/// names or the small one of the tests.
+#[test]
+#[ignore = "a measurement: how long input waits in a page without WebGPU"]
+fn measure_input() {
+    let own = tempfile::tempdir().expect("a temporary folder");
+    let folder = match std::env::var_os("STRANDLIGHT_SCENE") {
+        Some(scene) => {
+            build(Path::new(&scene), own.path()).expect("web/build makes the page");
+            own.path()
+        }
+        None => page(),
+    };
+    let mut browser = Browser::start(WITHOUT_WEBGPU, [1072, 560]);
+    browser.before_pages(&format!("globalThis.strandview_log = [];{TIME_INPUT}"));
+    browser.go(&serve(folder));
+    browser.wait_for(&is_done(true));
+    let mut times = |what: &str, act: &mut dyn FnMut(&mut Browser)| {
+        browser.evaluate("heard.length = drawn.length = 0");
+        act(&mut browser);
+        for list in ["heard", "drawn"] {
+            let sorted = format!("{list}.sort((a, b) => a - b)");
+            let at = |share: f64| format!("{sorted}[Math.floor({share} * ({list}.length - 1))]");
+            let [median, most, longest] =
+                [0.5, 0.95, 1.0].map(|share| browser.evaluate(&at(share)).as_f64().unwrap_or(0.0));
+            let n = browser.evaluate(&format!("{list}.length"));
+            println!(
+                "{what}, {list}: {n}; median {median:.1} ms, 95 % {most:.1}, longest {longest:.1}"
+            );
+        }
+        browser.mouse_away();
+        browser.wait_until("a finished picture", |browser| {
+            browser.evaluate(&is_done(true)) == true || browser.evaluate(&is_done(false)) == true
+        });
+    };
+    for round in ["first", "again"] {
+        times(&format!("orbit, {round}"), &mut |browser| {
+            let [left, top, right, bottom] = place(browser, "View");
+            let centre = [(left + right) / 2.0, (top + bottom) / 2.0];
+            for x in [60.0, -60.0, 90.0] {
+                browser.drag(centre, [centre[0] + x, centre[1] + 20.0]);
+            }
+        });
+        times(&format!("slider, {round}"), &mut |browser| {
+            let [left, top, right, bottom] = place(browser, "IOR slider");
+            let [y, width] = [(top + bottom) / 2.0, right - left];
+            for x in [0.9, 0.2, 0.6] {
+                browser.drag([left + 0.5 * width, y], [left + x * width, y]);
+            }
+        });
+        times(&format!("while a view is drawn, {round}"), &mut |browser| {
+            let [left, top, right, bottom] = place(browser, "View");
+            let centre = [(left + right) / 2.0, (top + bottom) / 2.0];
+            browser.drag(centre, [centre[0] + 150.0, centre[1]]);
+            for _ in 0..40 {
+                // No command has this key.
+                browser.key('j');
+                std::thread::sleep(std::time::Duration::from_millis(23));
+            }
+        });
+    }
+}
+
 #[test]
 fn what_cannot_be_opened_is_said_in_the_page() {
     let folder = tempfile::tempdir().expect("a temporary folder");
