@@ -1,28 +1,23 @@
-"""Scenes that Strandlight and Mitsuba trace alike: generated hair, maps drawn here, camera, film."""
+"""Scenes that Strandlight and others trace alike: generated hair, maps drawn here, camera, film."""
 
 from __future__ import annotations
 
 import os
 import subprocess
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
-import drjit as dr
-import mitsuba as mi
 import numpy as np
+import OpenEXR
 from numpy.typing import NDArray
 
-from bsdf import FibreBsdf, Strands
-from fibre import Fibre, Scattering
+from strands import Strands
 
 Array = NDArray[np.float64]
 
 WIDTH, HEIGHT = 96, 64
 FOV_DEG = 26.0
 EYE, TARGET = (34.0, 8.0, 62.0), (0.0, -3.0, -1.0)
-# The map's pixels, and how many nodes of Mitsuba's bilinear map stand for one.
-MAP_WIDTH, MAP_HEIGHT, FINER = 64, 32, 12
-DEG = np.pi / 180.0
+MAP_WIDTH, MAP_HEIGHT = 64, 32
 
 
 @dataclass(frozen=True)
@@ -34,16 +29,6 @@ class Hair:
     shift_deg: tuple[float, float, float] = (-7.0, 3.5, 10.5)
     width_deg: tuple[float, float, float] = (7.0, 3.5, 14.0)
     caustic_width_deg: float = 6.0
-
-    def fibre(self) -> Fibre:
-        root = np.sqrt(2.0)
-        return Fibre(
-            eta=self.eta,
-            sigma_a=self.sigma_a,
-            shift=tuple(DEG * x for x in self.shift_deg),
-            width=tuple(root * DEG * x for x in self.width_deg),
-            caustic_width=float(root * DEG * self.caustic_width_deg),
-        )
 
 
 @dataclass(frozen=True)
@@ -86,19 +71,6 @@ def radiance(name: str) -> Array:
     return sky
 
 
-def for_mitsuba(pixels: Array) -> Array:
-    """The map as Mitsuba's `envmap` shows the same radiance: it interpolates between nodes, whose columns are at
-    pixel centres and whose rows stand from pole to pole. So pixels become FINER x FINER steps; a row of nodes
-    on the edge of two pixels has the mean of both, which keeps the area under the ramp."""
-    height, width = pixels.shape[:2]
-    n = height * FINER
-    rows = np.arange(n + 1)
-    above = np.clip((rows - 1) // FINER, 0, height - 1)
-    below = np.clip(rows // FINER, 0, height - 1)
-    columns = np.arange(width * FINER) // FINER
-    return 0.5 * (pixels[above] + pixels[below])[:, columns]
-
-
 def energy(pixels: Array) -> Array:
     """Integral over the sphere of a map of constant pixels."""
     edges = np.sin(np.pi * (0.5 - np.arange(pixels.shape[0] + 1) / pixels.shape[0]))
@@ -107,7 +79,7 @@ def energy(pixels: Array) -> Array:
 
 
 class Work:
-    """A scene's files in a folder, and both renderers of it."""
+    """A scene's files in a folder, and Strandlight's pictures of it."""
 
     def __init__(self, strandlight: str, folder: str, scene: Scene, model: str = "marschner") -> None:
         self.strandlight = os.path.abspath(strandlight)
@@ -129,7 +101,7 @@ class Work:
     def _make(self) -> None:
         scene, hair = self.scene, self.scene.hair
         self.pixels = radiance(scene.name).astype(np.float32).astype(np.float64)
-        mi.Bitmap(self.pixels.astype(np.float32)).write(self.at(".exr"))
+        write_map(self.at(".exr"), self.pixels)
         # The path tracer takes its light from --map; a scene needs a light set all the same.
         self.run("lights", self.at(".exr"), "--count", 4, "--no-report", "-o", self.at(".lights"))
         words = ["--style", scene.style, "--strands", scene.strands, "--points-per-strand", 64, "--seed", 4]
@@ -180,65 +152,22 @@ class Work:
         )  # fmt: skip
         return layers_of(out)
 
-    def scattering(self, **changes: Any) -> Scattering:
-        """Of the scene's fibre, or of one with other parameters."""
-        return Scattering(replace(self.scene.hair, **changes).fibre())
 
-    def mitsuba(self, scattering: Scattering) -> mi.Scene:
-        """The same scene for Mitsuba, with this fibre."""
-        FibreBsdf.scattering, FibreBsdf.strands = scattering, self.strands
-        hair = {"type": "linearcurve", "filename": self.at(".txt"), "bsdf": {"type": "strandlight_fibre"}}
-        return mi.load_dict(self._around(hair))
+def write_map(file: str, pixels: Array) -> None:
+    """As OpenEXR, in single precision."""
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    OpenEXR.File(header, {"RGB": np.ascontiguousarray(pixels.astype(np.float32))}).write(file)
 
-    def mitsuba_with_its_hair(self, bsdf: dict[str, Any]) -> mi.Scene:
-        """The same scene with a material of Mitsuba's, on the B-splines it is meant for."""
-        hair = {"type": "bsplinecurve", "filename": self.at(".spline.txt"), "bsdf": bsdf}
-        return mi.load_dict(self._around(hair))
 
-    def _around(self, hair: dict[str, Any]) -> dict[str, Any]:
-        film = {
-            "type": "hdrfilm",
-            "width": WIDTH,
-            "height": HEIGHT,
-            "pixel_format": "rgba",
-            "component_format": "float32",
-            "rfilter": {"type": "box"},
-        }
-        sensor = {
-            "type": "perspective",
-            "fov": FOV_DEG,
-            "fov_axis": "y",
-            "near_clip": 1.0,
-            "far_clip": 1000.0,
-            "to_world": mi.ScalarTransform4f().look_at(origin=EYE, target=TARGET, up=[0, 1, 0]),
-            "film": film,
-            "sampler": {"type": "independent"},
-        }
-        map_of = mi.Bitmap(for_mitsuba(self.pixels).astype(np.float32))
-        return {"type": "scene", "sensor": sensor, "light": {"type": "envmap", "bitmap": map_of}, "hair": hair}
+def channels_of(file: str) -> dict[str, Array]:
+    """Channels of a picture by name, [row, column]."""
+    channels = OpenEXR.File(file, separate_channels=True).channels()
+    return {name: channel.pixels.astype(np.float64) for name, channel in channels.items()}
 
 
 def layers_of(file: str) -> dict[str, Array]:
     """Layers of a picture of `reference`."""
-    bitmap = mi.Bitmap(file)
-    names = [field.name for field in bitmap.struct_()]
-    values = dict(zip(names, np.moveaxis(np.array(bitmap, copy=False).astype(np.float64), -1, 0)))
+    values = channels_of(file)
     layers = {name: np.stack([values[f"{name}.{c}"] for c in "RGB"], -1) for name in ("single", "total")}
     layers["alpha"] = np.repeat(values["A"][..., None], 3, -1)
     return layers
-
-
-def traced(scene: mi.Scene, max_depth: int, seed: int, samples: int) -> Array:
-    """Path traced by Mitsuba, rgba; max_depth 2 is single scattering, -1 is all."""
-    integrator = mi.load_dict({"type": "path", "max_depth": max_depth, "rr_depth": 8, "hide_emitters": True})
-    return np.array(mi.render(scene, integrator=integrator, seed=seed, spp=samples)).astype(np.float64)
-
-
-def energy_in_mitsuba(scene: mi.Scene, n: int = 4096) -> Array:
-    """Integral over the sphere of Mitsuba's map, by a grid of n x n / 2 directions."""
-    omega = pixel_directions(n, n // 2)
-    si = dr.zeros(mi.SurfaceInteraction3f, n * n // 2)
-    si.wi = -mi.Vector3f(np.ascontiguousarray(omega.reshape(-1, 3).T.astype(np.float32)))
-    found = np.array(scene.environment().eval(si)).astype(np.float64)
-    weight = np.repeat(np.cos(np.pi * (0.5 - (np.arange(n // 2) + 0.5) / (n // 2))), n)
-    return found @ weight * (2.0 * np.pi / n) * (np.pi / (n // 2))

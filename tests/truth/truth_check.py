@@ -16,27 +16,23 @@ and says how far Mitsuba's own material is from Marschner's model, and what both
 
 from __future__ import annotations
 
-import json
 import os
-import resource
 import sys
-import time
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import variant  # noqa: F401
+from chiang import azimuthal_roughness, longitudinal_roughness
 from fibre_check import check_itself, check_probe
-from scenes import SCENES, Hair, Scene, Work, energy, energy_in_mitsuba, mi, traced
-from statistics_of import FLOOR, Verdict, compare, tiles
+from findings import FOUND, check, end, note, timed
+from mitsuba_scenes import InMitsuba, energy_in_mitsuba, fibre_of, mi, traced
+from scenes import SCENES, Hair, Scene, energy
+from statistics_of import compare
+from timing import PICTURES, Timed, ours_of, used
 
-Array = NDArray[np.float64]
-
-# Pictures of each side, whose spread is the noise, and samples per pixel of each.
-PICTURES = 12
+# Samples per pixel of each picture.
 OUR_SAMPLES, MITSUBA_SAMPLES = 64, 192
 # Of these, where a difference is to be seen and not to be ruled out.
 COARSE = 0.25
@@ -47,58 +43,6 @@ WRONG: dict[str, dict[str, Any]] = {
     "eta 1.50": {"eta": 1.50},
     "a tenth less absorption": {},
 }
-
-FAILURES: list[str] = []
-FOUND: dict[str, Any] = {}
-
-
-def check(is_right: bool, what: str) -> None:
-    print(("ok      " if is_right else "FAILED  ") + what, flush=True)
-    if not is_right:
-        FAILURES.append(what)
-
-
-def note(key: str, verdict: Verdict) -> None:
-    """Keeps a verdict's numbers."""
-    numbers = {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in asdict(verdict).items()}
-    FOUND[key] = numbers | {"agrees": verdict.agrees()}
-
-
-@dataclass
-class Timed:
-    """Pictures and the processor time that they took."""
-
-    pictures: Array
-    core_seconds: float
-
-    def seconds_to(self, error: float) -> float:
-        """Core-seconds until tiles of the whole picture err by this share of their mean, by noise alone."""
-        parts = tiles_of(self.pictures)
-        share = parts.var(0, ddof=1).mean() / parts.mean() ** 2
-        return float(share / error**2 * self.core_seconds / len(self.pictures))
-
-
-def tiles_of(pictures: Array) -> Array:
-    """Grey tiles of 8 x 8 pixels where there is hair, [picture, tile]; alpha is left out."""
-    grey = tiles(pictures)[..., :3].mean(-1)
-    return grey[:, grey.mean(0) > FLOOR * grey.mean()]
-
-
-def used() -> float:
-    """Processor time of this process and its children so far, seconds."""
-    usage = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    return sum(part.ru_utime + part.ru_stime for part in usage)
-
-
-def ours_of(work: Work, samples: int, seed: int = 0) -> dict[str, Timed]:
-    """Layers of `reference`, each picture with its own seed; time without what a picture of one sample takes."""
-    start = used()
-    work.ours(seed, 1)
-    overhead = used() - start
-    start = used()
-    pictures = [work.ours(seed + number, samples) for number in range(PICTURES)]
-    seconds = used() - start - PICTURES * overhead
-    return {name: Timed(np.array([picture[name] for picture in pictures]), seconds) for name in pictures[0]}
 
 
 def mitsubas(scene: mi.Scene, depth: int, samples: int, seed: int) -> Timed:
@@ -111,7 +55,7 @@ def mitsubas(scene: mi.Scene, depth: int, samples: int, seed: int) -> Timed:
 
 def check_scene(strandlight: str, folder: str, scene: Scene, share: float) -> None:
     """A scene with both renderers, then with fibres that are a little off."""
-    work = Work(strandlight, folder, scene)
+    work = InMitsuba(strandlight, folder, scene)
     longest, turn = work.is_as_given()
     check(longest < 1.0 and turn < 8.0, f"{scene.name}: {len(work.strands.points)} points, which Strandlight takes as they are")
     mitsuba = work.mitsuba(work.scattering())
@@ -135,7 +79,7 @@ def check_scene(strandlight: str, folder: str, scene: Scene, share: float) -> No
     beside_mitsubas_hair(work, ours, round(COARSE * samples))
 
 
-def check_wrong(work: Work, ours: dict[str, Timed], samples: int) -> None:
+def check_wrong(work: InMitsuba, ours: dict[str, Timed], samples: int) -> None:
     """The comparison notices fibres that are a little off."""
     for number, (what, changes) in enumerate(WRONG.items()):
         sigma = tuple(0.9 * x for x in work.scene.hair.sigma_a)
@@ -150,19 +94,14 @@ def check_wrong(work: Work, ours: dict[str, Timed], samples: int) -> None:
         )
 
 
-def own_hair(hair: Hair, azimuthal_roughness: float) -> dict[str, Any]:
+def own_hair(hair: Hair, azimuthal: float) -> dict[str, Any]:
     """Mitsuba's material (Chiang et al. 2016) for these fibres: the same index and absorption, the same variance of
     R, TT and TRT along the fibre, and R shifted alike. Its TT is then shifted alike, TRT by 4/3 of it."""
-    # Full-angle variance of R; that of TT is a quarter, of TRT four times this, as in `hair`.
-    deviation = 2.0 * np.radians(hair.width_deg[0])
-    assert hair.width_deg == tuple(hair.width_deg[0] * x for x in (1.0, 0.5, 2.0))
-    roughness = np.linspace(0.0, 1.0, 100_001)
-    of_roughness = 0.726 * roughness + 0.812 * roughness**2 + 3.7 * roughness**20
     scale = max(hair.sigma_a)
     return {
         "type": "hair",
-        "longitudinal_roughness": float(np.interp(deviation, of_roughness, roughness)),
-        "azimuthal_roughness": azimuthal_roughness,
+        "longitudinal_roughness": longitudinal_roughness(hair),
+        "azimuthal_roughness": azimuthal,
         "scale_tilt": hair.shift_deg[0],
         "int_ior": hair.eta,
         "ext_ior": 1.0,
@@ -172,17 +111,10 @@ def own_hair(hair: Hair, azimuthal_roughness: float) -> dict[str, Any]:
     }
 
 
-def roughness_of(deviation_deg: float) -> float:
-    """Mitsuba's azimuthal roughness for this standard deviation of its logistic distribution."""
-    roughness = np.linspace(0.0, 1.0, 100_001)
-    s = np.sqrt(np.pi / 8.0) * (0.265 * roughness + 1.194 * roughness**2 + 5.372 * roughness**22)
-    return float(np.interp(np.radians(deviation_deg), s * np.pi / np.sqrt(3.0), roughness))
-
-
-def beside_mitsubas_hair(work: Work, ours: dict[str, Timed], samples: int) -> None:
+def beside_mitsubas_hair(work: InMitsuba, ours: dict[str, Timed], samples: int) -> None:
     """How far Mitsuba's own material is; another model, so no check."""
     name, hair = work.scene.name, work.scene.hair
-    scene = work.mitsuba_with_its_hair(own_hair(hair, roughness_of(hair.caustic_width_deg)))
+    scene = work.mitsuba_with_its_hair(own_hair(hair, azimuthal_roughness(hair.caustic_width_deg)))
     for k, (layer, depth) in enumerate(DEPTHS.items()):
         verdict = compare(mitsubas(scene, depth, samples, 50_000 + 1000 * k).pictures[..., :3], ours[layer].pictures)
         note(f"{name} {layer} by Mitsuba's hair", verdict)
@@ -195,21 +127,15 @@ def check_energy(strandlight: str, folder: str, scene: Scene, share: float) -> N
     """Model `energy` without tilt and with sharp TRT is Mitsuba's material with next to no azimuthal roughness: lobes
     of d'Eon, N at theta_o, all orders. Mitsuba takes the offset h from the hit, which is even on average."""
     hair = replace(scene.hair, shift_deg=(0.0, 0.0, 0.0), caustic_width_deg=1.0)
-    work = Work(strandlight, folder, replace(scene, hair=hair), model="energy")
+    work = InMitsuba(strandlight, folder, replace(scene, hair=hair), model="energy")
     samples = round(share * MITSUBA_SAMPLES)
     ours = ours_of(work, round(share * OUR_SAMPLES), seed=500)
-    mitsuba = work.mitsuba_with_its_hair(own_hair(hair, roughness_of(1.0)))
+    mitsuba = work.mitsuba_with_its_hair(own_hair(hair, azimuthal_roughness(1.0)))
     for k, (layer, depth) in enumerate(DEPTHS.items()):
         theirs = mitsubas(mitsuba, depth, samples, 80_000 + 1000 * k)
         verdict = compare(ours[layer].pictures, theirs.pictures[..., :3])
         note(f"{scene.name} {layer} energy", verdict)
         check(verdict.agrees(), f"{scene.name}, {layer}, model energy against Mitsuba's own hair: {verdict}")
-
-
-def timed(what: str, step: Callable[[], None]) -> None:
-    start = time.monotonic()
-    step()
-    print(f"        {what}: {time.monotonic() - start:.0f} s", flush=True)
 
 
 def main() -> int:
@@ -220,15 +146,11 @@ def main() -> int:
     share = 0.25 if "--quick" in sys.argv else 1.0
     os.makedirs(folder, exist_ok=True)
     timed("the fibre", lambda: check_probe(strandlight, check))
-    timed("its draws", lambda: check_itself(SCENES[1].hair.fibre(), check))
+    timed("its draws", lambda: check_itself(fibre_of(SCENES[1].hair), check))
     for scene in SCENES:
         timed(scene.name, lambda: check_scene(strandlight, folder, scene, share))
     timed("model energy", lambda: check_energy(strandlight, folder, SCENES[1], share))
-    with open(os.path.join(folder, "truth.json"), "w", encoding="utf-8") as file:
-        json.dump(FOUND | {"failures": FAILURES}, file, indent=1)
-    if FAILURES:
-        print(*FAILURES, sep="\n", file=sys.stderr)
-    return 1 if FAILURES else 0
+    return end(os.path.join(folder, "truth.json"))
 
 
 if __name__ == "__main__":
