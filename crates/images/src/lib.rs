@@ -28,5 +28,7 @@ mod source;
 pub use decoder_panic::catch_decoder_panic;
 pub use error::{DecodeError, DecoderPanic, MapError};
 pub use faults::PixelFaults;
-pub use map::{LatLong, Map};
+pub use map::Map;
 pub use source::{MapImage, MapSelection, MapSource, MapWindows, Window};
+/// The pixel grid of [`Map`].
+pub use strandlight_scene::LatLong;

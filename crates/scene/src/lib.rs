@@ -37,6 +37,7 @@ pub mod interreflection;
 #[cfg(feature = "keys")]
 #[doc(hidden)]
 pub mod keys;
+mod lat_long;
 pub mod layers;
 mod limits;
 pub mod lut;
@@ -80,6 +81,7 @@ pub use display::DisplayTransform;
 pub use error::{GroupFault, RenderError, SceneError};
 /// The version whose types appear in signatures.
 pub use glam;
+pub use lat_long::LatLong;
 pub use picture::Picture;
 pub use scene::PreparedScene;
 pub use stats::Stats;
