@@ -1,13 +1,13 @@
 //! The light from outside, for tracing paths: its radiance, and directions drawn by it.
 
 mod cumulative;
-#[cfg(feature = "files")]
 mod map_sampler;
 
 use std::f64::consts::PI;
 
 use glam::Vec3;
-use strandlight_formats::SrbfLight;
+use strandlight_formats::{LightsSection, SrbfLight};
+use strandlight_scene::LatLong;
 use strandlight_scene::volume::power;
 
 use strandlight_scattering::random::SplitMix64;
@@ -17,7 +17,6 @@ use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8};
 
 use cumulative::{Cumulative, mean};
 
-#[cfg(feature = "files")]
 pub use map_sampler::MapSampler;
 
 /// Light from infinitely far.
@@ -25,10 +24,8 @@ pub enum Environment {
     /// A sum of spherical Gaussians.
     Lights(LightSampler),
     /// A map, constant over each pixel.
-    #[cfg(feature = "files")]
     Map(MapSampler),
     /// Both at once: a map, and lights that a scene adds.
-    #[cfg(feature = "files")]
     MapAndLights(MapSampler, LightSampler),
 }
 
@@ -44,12 +41,20 @@ pub struct Emitted {
 }
 
 impl Environment {
-    /// `map` and `lights` that are added to it.
-    #[cfg(feature = "files")]
-    pub fn with_added(map: MapSampler, lights: &[SrbfLight]) -> Environment {
-        match lights {
+    /// The light of a map with these `pixels`, the top row first, turned and multiplied as `section` says. Of the
+    /// `lights` of a scene, which are those of its set and then those that `section` adds, the latter shine too.
+    pub fn of_map(
+        grid: LatLong,
+        pixels: &[[f32; 3]],
+        section: &LightsSection,
+        lights: &[SrbfLight],
+    ) -> Environment {
+        let turn = section.rotate_deg.to_radians() as f32;
+        let factor = section.tint.map(|tint| (tint * section.intensity) as f32);
+        let map = MapSampler::new(grid, pixels, turn, factor);
+        match &lights[lights.len().saturating_sub(section.added.len())..] {
             [] => Environment::Map(map),
-            _ => Environment::MapAndLights(map, LightSampler::new(lights)),
+            added => Environment::MapAndLights(map, LightSampler::new(added)),
         }
     }
 
@@ -58,9 +63,7 @@ impl Environment {
     pub fn radiance(&self, omega: Vec3) -> ([f32; 3], f32) {
         match self {
             Environment::Lights(lights) => lights.radiance(omega),
-            #[cfg(feature = "files")]
             Environment::Map(map) => map.radiance(omega),
-            #[cfg(feature = "files")]
             Environment::MapAndLights(map, lights) => {
                 let (of_map, of_lights) = (map.radiance(omega), lights.radiance(omega));
                 let share = map_share(map, lights);
@@ -94,9 +97,7 @@ impl Environment {
     pub fn at(&self, u: [f64; 3]) -> Option<Emitted> {
         let direction = match self {
             Environment::Lights(lights) => lights.direction_at(u)?,
-            #[cfg(feature = "files")]
             Environment::Map(map) => map.direction_at(u)?,
-            #[cfg(feature = "files")]
             Environment::MapAndLights(map, lights) => {
                 let share = map_share(map, lights);
                 match u[0] < share {
@@ -115,7 +116,6 @@ impl Environment {
 }
 
 /// Share of the map in the power of both; 1 where there is none at all.
-#[cfg(feature = "files")]
 fn map_share(map: &MapSampler, lights: &LightSampler) -> f64 {
     let (of_map, of_lights) = (map.total(), lights.powers.total());
     match of_lights > 0.0 {
@@ -230,6 +230,7 @@ impl LightSampler {
 mod tests {
     use super::*;
 
+    use strandlight_formats::AddedLight;
     use strandlight_images::Map;
 
     use crate::rays::levels;
@@ -257,7 +258,7 @@ mod tests {
             })
             .collect();
         let map = Map::new(width, height, pixels).unwrap();
-        let sampler = MapSampler::new(&map, 0.7, [2.0; 3]);
+        let sampler = MapSampler::new(map.grid(), map.pixels(), 0.7, [2.0; 3]);
         (map, Environment::Map(sampler))
     }
 
@@ -382,16 +383,24 @@ mod tests {
 
     #[test]
     fn draws_integrate_a_map_and_lights() {
-        let (map, of_map) = map();
-        let Environment::Map(sampler) = of_map else {
-            unreachable!()
-        };
+        let (map, _) = map();
         let key = SrbfLight {
             direction: [0.0, 0.6, 0.8],
             lambda: 0.3,
             rgb: [40.0, 20.0, 0.0],
         };
-        let both = Environment::with_added(sampler, &[key]);
+        let mut section = LightsSection::new("a.lights");
+        (section.rotate_deg, section.intensity) = (40.0, 2.0);
+        section.added = vec![AddedLight::default()];
+        // The first is of the set, and fitted to the map.
+        let lights = [
+            SrbfLight {
+                rgb: [1e6; 3],
+                ..key
+            },
+            key,
+        ];
+        let both = Environment::of_map(map.grid(), map.pixels(), &section, &lights);
         let angle = PI * 0.09 * (1.0 - (-4.0f64 / 0.09).exp());
         for (c, (mean, error)) in integral(&both, |_| 1.0).into_iter().enumerate() {
             let expected = 2.0 * map.energy()[c] + f64::from(key.rgb[c]) * angle;

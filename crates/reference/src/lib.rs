@@ -13,8 +13,8 @@
 //! width, lit as seen from the axis. Geometry is f32, light f64. Every random number is a hash of
 //! seed, pixel and sample, so neither threads nor runs matter.
 //!
-//! Without the feature `files` there are no files, no comparison and no maps: what a viewer needs to go to
-//! ground truth.
+//! Without the feature `files` there are no files, no comparison, and no maps but pixels in memory: what a viewer needs to
+//! go to ground truth.
 //!
 //! ```
 //! use strandlight_reference::compare::{Layer, compare};

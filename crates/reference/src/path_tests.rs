@@ -52,7 +52,7 @@ fn white() -> HairParams {
 /// Radiance 1 from everywhere.
 fn furnace() -> Environment {
     let map = Map::new(8, 4, vec![[1.0; 3]; 32]).unwrap();
-    Environment::Map(MapSampler::new(&map, 0.0, [1.0; 3]))
+    Environment::Map(MapSampler::new(map.grid(), map.pixels(), 0.0, [1.0; 3]))
 }
 
 /// A ball of radius 1 of short strands in all directions, dense: a ray through its middle crosses

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::Vec3;
-use strandlight_images::{LatLong, Map};
+use strandlight_scene::LatLong;
 
 use super::cumulative::{Cumulative, mean};
 
@@ -18,11 +18,10 @@ pub struct MapSampler {
 }
 
 impl MapSampler {
-    /// `map` turned by `turn` radians about +Y, its radiance times `factor`, linear RGB.
-    pub fn new(map: &Map, turn: f32, factor: [f32; 3]) -> Self {
-        let grid = map.grid();
-        let pixels: Vec<[f32; 3]> = map
-            .pixels()
+    /// The map with these `pixels`, the top row first, turned by `turn` radians about +Y, its radiance times
+    /// `factor`, linear RGB.
+    pub fn new(grid: LatLong, pixels: &[[f32; 3]], turn: f32, factor: [f32; 3]) -> Self {
+        let pixels: Vec<[f32; 3]> = pixels
             .iter()
             .map(|pixel| [0, 1, 2].map(|channel| pixel[channel] * factor[channel]))
             .collect();
