@@ -139,6 +139,11 @@ impl Scene {
         }
     }
 
+    /// The path of the map that ground truth is lit by, if there is one.
+    pub fn map_path(&self) -> Option<PathBuf> {
+        self.lights.map.as_ref().map(|map| self.resolve(map))
+    }
+
     /// Paths of the grooms that the hair moves through.
     pub fn frame_paths(&self) -> Vec<PathBuf> {
         let frames = self.motion.iter().flat_map(|motion| &motion.frames);
@@ -172,6 +177,7 @@ impl Scene {
         let mut paths = vec![self.groom_path(), self.lights_path()];
         paths.extend(self.tables_path());
         paths.extend(self.panorama_path());
+        paths.extend(self.map_path());
         paths.extend(self.lut_path());
         paths.extend(self.frame_paths());
         paths.extend(self.mesh_paths().into_iter().map(|(_, path)| path));

@@ -24,6 +24,9 @@ pub struct LightsSection {
     /// [`Background::Panorama`](crate::Background::Panorama).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub panorama: Option<PathBuf>,
+    /// The HDR map that the lights were fitted to, OpenEXR or Radiance: what ground truth is lit by in place of the set.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub map: Option<PathBuf>,
     /// Factor on all lights.
     #[serde(default = "one")]
     pub intensity: f64,
@@ -140,6 +143,7 @@ impl LightsSection {
         LightsSection {
             file: file.into(),
             panorama: None,
+            map: None,
             intensity: 1.0,
             rotate_deg: 0.0,
             tint: white(),
@@ -206,11 +210,11 @@ impl LightsSection {
         }
     }
 
-    /// Takes `file` in place of a set of `n_before` lights: what was said of its single lights is forgotten, and so is the
-    /// panorama; what was said of added lights, whose numbers follow those of the `n_after` of the new set, stays.
+    /// Takes `file` in place of a set of `n_before` lights: what was said of its single lights is forgotten, and so are
+    /// panorama and map; what was said of added lights, whose numbers follow those of the `n_after` of the new set, stays.
     pub fn change_set(&mut self, file: PathBuf, n_before: usize, n_after: usize) {
         self.file = file;
-        self.panorama = None;
+        (self.panorama, self.map) = (None, None);
         self.adjust.clear();
         for lights in [&mut self.muted, &mut self.solo] {
             lights.retain(|&ix| ix as usize >= n_before);
@@ -311,7 +315,7 @@ mod tests {
 
     #[test]
     fn every_key_survives_the_file() {
-        let text = "panorama = 'c.panorama'\ntint = [1.0, 0.5, 0.0]\nmuted = [3]\nsolo = [1, 3, 4]\n\
+        let text = "panorama = 'c.panorama'\nmap = 'maps/c.exr'\ntint = [1.0, 0.5, 0.0]\nmuted = [3]\nsolo = [1, 3, 4]\n\
                     [[lights.adjust]]\nlight = 4\nintensity = 3.0\n\
                     [[lights.added]]\nazimuth_deg = -60.0\nwidth_deg = 4.0\ncolor = [1.0, 0.9, 0.8]\n";
         let read = Scene::from_lines(text).expect("valid");
@@ -335,6 +339,26 @@ mod tests {
         assert_eq!(scene.panorama_path(), Some("sky.panorama".into()));
         scene.lights.change_set("other.lights".into(), 1, 1);
         assert_eq!(scene.panorama_path(), None);
+    }
+
+    #[test]
+    fn a_map_is_a_file_of_the_scene_and_of_its_set() {
+        let mut scene = Scene::from_lines("map = 'maps/studio.exr'\n").expect("valid");
+        scene.folder = "scenes".into();
+        assert_eq!(
+            scene.map_path(),
+            Some("scenes/maps/studio.exr".into()),
+            "seen from the scene's folder"
+        );
+        assert!(
+            scene
+                .file_paths()
+                .contains(&"scenes/maps/studio.exr".into())
+        );
+        let error = Scene::from_lines("map = ''\n").expect_err("no name");
+        assert!(error.to_string().contains("lights.map is \"\""), "{error}");
+        scene.lights.change_set("other.lights".into(), 1, 1);
+        assert_eq!(scene.map_path(), None, "it is of another set");
     }
 
     #[test]

@@ -262,6 +262,7 @@ mod random {
             scene.render.background = background;
             scene.lights.panorama = (samples % 2 == 0 || background == Background::Panorama)
                 .then(|| "maps/sky.panorama".into());
+            scene.lights.map = (samples % 5 == 0).then(|| "maps/\u{e9}.exr".into());
             scene.proxies = (0..samples as usize % 9).map(|ix| ProxySection::Ground {
                 height: 1e6 * numbers[ix % 8],
                 albedo: [numbers[1], 0.0, 1.0],

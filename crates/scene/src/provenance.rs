@@ -131,6 +131,8 @@ impl Recorder {
             None => None,
         };
         nameless.lights.panorama = panorama.as_ref().map(PathBuf::from);
+        // Ground truth alone is lit by it: who traces that adds it.
+        nameless.lights.map = None;
         let motion = Motion::new(scene, &self.files);
         if let (Some(motion), Some(section)) = (&motion, &mut nameless.motion) {
             let mut frames = Vec::new();
@@ -243,6 +245,7 @@ mod tests {
         assert_eq!(through, recorded(&shown, 0.0));
         let mut behind = scene.clone();
         behind.lights.panorama = Some("x.panorama".into());
+        behind.lights.map = Some("x.exr".into());
         assert_eq!(first, recorded(&behind, 0.0), "it is not seen");
         behind.lights.panorama = Some("a.panorama".into());
         behind.render.background = strandlight_formats::Background::Panorama;

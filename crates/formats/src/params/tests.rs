@@ -96,6 +96,7 @@ fn the_rows_are_all_the_keys_of_a_scene() {
         file: "a.tables".into(),
     });
     scene.lights.panorama = Some("a.panorama".into());
+    scene.lights.map = Some("a.exr".into());
     scene.lights.muted = vec![1];
     scene.lights.solo = vec![2];
     scene.lights.adjust = vec![LightAdjust::new(3)];

@@ -160,11 +160,13 @@ impl Change {
                 || before.lut_path() != after.lut_path()
                 || behind(before) != behind(after),
         );
-        // A map that is not seen changes nothing.
-        let has_other_map = before.lights.panorama != lights.panorama;
+        // A panorama that is not seen changes nothing.
+        let has_other_panorama = before.lights.panorama != lights.panorama;
+        // Ground truth alone is lit by it, and looks for itself.
+        let has_other_map = before.lights.map != lights.map;
         edits.set(
             Edits::LABEL,
-            is_label || has_other_map && !edits.contains(Edits::GRADE),
+            is_label || has_other_map || has_other_panorama && !edits.contains(Edits::GRADE),
         );
         Change { edits, paint: None }
     }
@@ -240,6 +242,8 @@ fn edits_of_lights(before: &LightsSection, after: &LightsSection) -> Edits {
         file: _,
         // Only where it is seen: with the background.
         panorama: _,
+        // Of no picture but ground truth.
+        map: _,
         intensity,
         rotate_deg,
         tint,

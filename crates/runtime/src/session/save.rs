@@ -134,6 +134,7 @@ impl Session {
             ("tables", scene.tables_path()),
             ("LUT", scene.lut_path()),
             ("panorama", scene.panorama_path()),
+            ("map", scene.map_path()),
         ];
         let frames = scene.frame_paths().into_iter();
         let frames = frames.map(|frame| ("groom of a frame", Some(frame)));
@@ -542,8 +543,9 @@ fn move_to(scene: &mut Scene, folder: &Path) {
         ProxySection::Mesh { mesh, .. } => Some(mesh),
         _ => None,
     });
-    let panorama = scene.lights.panorama.as_mut();
-    let files = files.into_iter().chain(tables).chain(lut).chain(panorama);
+    let of_lights = [&mut scene.lights.panorama, &mut scene.lights.map];
+    let of_lights = of_lights.into_iter().flatten();
+    let files = files.into_iter().chain(tables).chain(lut).chain(of_lights);
     for file in files.chain(frames).chain(meshes) {
         // An absolute path stays.
         if !file.is_absolute() {

@@ -74,6 +74,9 @@ impl Look {
             let now = scene.lights.panorama.as_ref();
             *panorama = moved(panorama, before.panorama_path(), now);
         }
+        if let Some(map) = &mut lights.map {
+            *map = moved(map, None, None);
+        }
         if let Some(lut) = &mut self.render.lut {
             *lut = moved(lut, None, None);
         }

@@ -139,9 +139,17 @@ fn a_map_in_the_background_comes_and_goes_with_its_step() {
     let over = session.save_as(Path::new("/s/1.panorama"));
     let over = over.expect_err("the scene is made of it").to_string();
     assert!(over.contains("panorama"), "{over}");
+    // The map of ground truth is named and not read.
+    let lit = |s: &mut Scene| s.lights.map = Some("gone.exr".into());
+    assert_eq!(edit(&mut session, "map", lit).names(), ["label"]);
+    let over = session.save_as(Path::new("/s/gone.exr"));
+    assert!(over.is_err(), "the scene is made of it");
     session.save_as(Path::new("/t/b.toml")).expect("written");
-    let named = session.scene().lights.panorama.clone();
-    assert_eq!(named, Some("../s/1.panorama".into()));
+    let lights = &session.scene().lights;
+    assert_eq!(lights.panorama, Some("../s/1.panorama".into()));
+    assert_eq!(lights.map, Some("../s/gone.exr".into()));
+    let saved = session.files().scene(Path::new("/t/b.toml"));
+    assert_eq!(saved.expect("a scene").lights, *lights);
     assert_eq!(red(&session), Some(1.0));
 }
 

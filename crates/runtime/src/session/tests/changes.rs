@@ -31,6 +31,7 @@ fn every_key_of_a_scene_is_covered() {
     full.render.lut = Some("dark.cube".into());
     full.render.lut_input = LutInput::Srgb;
     full.lights.panorama = Some("sky.panorama".into());
+    full.lights.map = Some("sky.exr".into());
     full.motion = Some(MotionSection {
         wind: Some(WindSection::default()),
         ..MotionSection::default()
@@ -93,6 +94,7 @@ fn every_key_of_a_scene_is_covered() {
                 "render.tone_map" => json!("none"),
                 "render.lut" => json!("other.cube"),
                 "lights.panorama" => json!("other.panorama"),
+                "lights.map" => json!("other.exr"),
                 "render.lut_input" => json!("linear"),
                 "render.background" => json!("none"),
                 "render.scattering" => json!("single"),
@@ -214,6 +216,7 @@ fn changes_name_what_depends_on_them_and_no_more() {
     );
     assert_eq!(names("variation", Value::Null), "variation shape");
     assert_eq!(names("lights.rotate_deg", json!(10)), "lights");
+    assert_eq!(names("lights.map", json!("sky.exr")), "label");
     assert_eq!(names("lights.muted", json!([1])), "light_colors");
     assert_eq!(names("lights.tint", json!([1, 0.5, 0.5])), "light_colors");
     assert_eq!(names("camera.position", json!([0, 0, 9])), "camera");
