@@ -42,3 +42,20 @@ pub fn seen(panorama: &Panorama, degrees: f64, [x, y, z]: [f64; 3]) -> [f64; 3] 
             + v * ((1.0 - u) * texel(i, j + 1, c) + u * texel(i + 1, j + 1, c))
     })
 }
+
+/// [`striped`] as a Radiance map, to the precision of that format.
+///
+/// # Panics
+/// If no panorama is of that width.
+pub fn striped_map(width: u32) -> Vec<u8> {
+    let size = format!("-Y {} +X {width}\n", width / 2);
+    let mut map = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}").into_bytes();
+    for rgb in striped(width).pixels() {
+        let largest = rgb.into_iter().fold(1e-3, f32::max);
+        let exponent = largest.log2().floor() as i32 + 1;
+        let scaled = rgb.map(|x| (256.0 * x / (exponent as f32).exp2()) as u8);
+        map.extend(scaled);
+        map.push((exponent + 128) as u8);
+    }
+    map
+}

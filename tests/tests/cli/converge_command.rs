@@ -5,9 +5,10 @@ use std::path::Path;
 use std::process::Output;
 
 use serde_json::Value;
-use strandlight_formats::{Background, CameraSection};
+use strandlight_formats::{AddedLight, Background, CameraSection, Scene};
 use strandlight_reference::compare::{Layer, compare};
-use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
+use strandlight_tests::panoramas::striped_map;
+use strandlight_tests::scenes::{curtain, key_and_sky, write_scene, write_small_scene};
 use strandlight_tests::{assert_done, strandlight};
 
 /// A curtain of hair with something behind it.
@@ -256,4 +257,76 @@ fn a_lone_strand_stays_until_samples_have_met_it() {
         let left = sum("c.exr") / sum("fast.exr");
         assert!((0.6..1.6).contains(&left), "{seed}: {left}");
     }
+}
+
+#[test]
+fn a_scene_converges_to_the_map_that_it_names() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    scene_in(at);
+    let below = at.join("maps");
+    fs::create_dir(&below).expect("made");
+    for (name, width) in [("wide.hdr", 64), ("small.hdr", 16)] {
+        fs::write(below.join(name), striped_map(width)).expect("written");
+    }
+    let plain = Scene::read(at.join("a.toml")).expect("a scene");
+    let with_map = |name: &str, map: Option<&str>| {
+        let mut scene = plain.clone();
+        let lights = &mut scene.lights;
+        lights.map = map.map(Into::into);
+        (lights.rotate_deg, lights.intensity, lights.tint) = (40.0, 2.0, [1.0, 0.5, 0.8]);
+        lights.muted = vec![0];
+        lights.added = vec![AddedLight::default()];
+        write_scene(at, name, &scene);
+    };
+    with_map("a.toml", Some("maps/wide.hdr"));
+    with_map("plain.toml", None);
+    let common = "--converge --backend cpu --json --quiet --until 3 --size 30x20 -o";
+    let converged = |scene: &str, out: &str, more: &str| {
+        let report = json(at, &format!("render {scene} {common} {out}{more}"));
+        (fs::read(at.join(out)).expect("written"), report)
+    };
+    let (by_key, report) = converged("a.toml", "key.exr", "");
+    let (by_flag, of_flag) = converged("plain.toml", "flag.exr", " --map maps/wide.hdr");
+    assert!(by_key == by_flag, "the key is the flag");
+    assert_eq!(report["inputs"], of_flag["inputs"]);
+    assert!(report["inputs"]["strandlight/map"].is_string(), "{report}");
+    // The flag takes precedence, and both can be left out.
+    let (other, _) = converged("plain.toml", "other.exr", " --map maps/small.hdr");
+    assert!(other != by_flag);
+    let (over, _) = converged("a.toml", "over.exr", " --map maps/small.hdr");
+    assert!(over == other, "the flag comes first");
+    let (set, _) = converged("a.toml", "set.exr", " --set lights.map=\"maps/small.hdr\"");
+    assert!(set == other);
+    let (of_lights, report) = converged("a.toml", "lights.exr", " --set lights.map=null");
+    assert!(of_lights == converged("plain.toml", "plain.exr", "").0);
+    assert!(of_lights != by_key && report["inputs"]["strandlight/map"].is_null());
+
+    // Nothing else reads it, and what it is made from is what it was.
+    with_map("gone.toml", Some("maps/gone.hdr"));
+    let fast = "--backend cpu --quiet --size 30x20 -o";
+    for (scene, out) in [("gone.toml", "a.exr"), ("plain.toml", "b.exr")] {
+        let output = output(at, &format!("render {scene} {fast} {out}"));
+        assert!(output.status.success(), "{output:?}");
+    }
+    let bytes = |name: &str| fs::read(at.join(name)).expect("written");
+    assert!(bytes("a.exr") == bytes("b.exr"));
+    for (name, needle) in [
+        ("gone.hdr", "gone.hdr: "),
+        ("../a.lights", "a.lights: neither OpenEXR"),
+    ] {
+        with_map("gone.toml", Some(&format!("maps/{name}")));
+        let line = format!("render gone.toml {common} x.exr");
+        refused(at, &line, "gone.toml: lights.map: ");
+        refused(at, &line, needle);
+        assert!(!at.join("x.exr").exists());
+    }
+    // A file of the scene is not written over.
+    fs::write(at.join("a.exr"), "a map").expect("written");
+    with_map("gone.toml", Some("a.exr"));
+    refused(
+        at,
+        &format!("render gone.toml {fast} a.exr"),
+        "a file of the scene",
+    );
 }

@@ -8,9 +8,9 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use serde_json::{Value, json};
-use strandlight_formats::{Scattering, Scene, SrbfLight, content_hash, counted};
+use strandlight_formats::{Scattering, Scene, content_hash, counted};
 use strandlight_images::Map;
-use strandlight_reference::environment::{LightSampler, MapSampler};
+use strandlight_reference::environment::LightSampler;
 use strandlight_reference::rays::Rays;
 use strandlight_reference::{
     Averages, Backdrop, Densities, Directional, Environment, FibreTables, Film, Integrator,
@@ -473,7 +473,6 @@ fn environment(
         return Ok((Environment::Lights(lights), String::new()));
     };
     let map = Map::read(path).map_err(Failure::input)?;
-    let sampler = map_as_lit(scene, &map);
     let lights = &scene.lights;
     let mut decided = format!(
         "{} {} {}",
@@ -485,24 +484,8 @@ fn environment(
     if lights.tint != [1.0; 3] {
         decided += &format!(" {:?}", lights.tint);
     }
-    let added = added_lights(scene, prepared);
-    Ok((Environment::with_added(sampler, added), decided))
-}
-
-/// The light of `map` as `scene` has that of its set: turned, scaled and tinted.
-pub(super) fn map_as_lit(scene: &Scene, map: &Map) -> MapSampler {
-    let turn = scene.lights.rotate_deg.to_radians() as f32;
-    let factor = scene
-        .lights
-        .tint
-        .map(|tint| (tint * scene.lights.intensity) as f32);
-    MapSampler::new(map, turn, factor)
-}
-
-/// The lights that `scene` adds to its set, as they are lit.
-pub(super) fn added_lights<'a>(scene: &Scene, prepared: &'a PreparedScene) -> &'a [SrbfLight] {
-    let n_set = prepared.lights.len() - scene.lights.added.len();
-    &prepared.lights[n_set..]
+    let environment = Environment::of_map(map.grid(), map.pixels(), lights, &prepared.lights);
+    Ok((environment, decided))
 }
 
 /// Hash of what decides the picture.

@@ -62,7 +62,8 @@ pub struct Args {
         default_value = "3%", requires = "converge")]
     pub until: Vec<Until>,
     /// Converge to the light of this OpenEXR or Radiance map, rotated and scaled as in the scene,
-    /// rather than of the light set
+    /// rather than of the light set [default: the scene's lights.map; the light set where it has none,
+    /// or with lights.map=null in --set]
     #[arg(long, value_name = "MAP", requires = "converge")]
     pub map: Option<PathBuf>,
     /// Random seed of what is traced

@@ -18,7 +18,6 @@ use super::args::{Args, Format};
 use super::report::{inputs, report};
 use super::until::Until;
 use crate::cli::progress::progress;
-use crate::cli::reference::{added_lights, map_as_lit};
 use crate::cli::{Failure, Outcome, note, print_line, write_output};
 
 /// Most pixels: some 300 bytes are kept of each.
@@ -41,13 +40,11 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
     let prepared = PreparedScene::load_at(scene, args.time).map_err(in_scene)?;
     let provenance = Recorder::new(&Files::Disk).record(scene, args.time);
     let mut provenance = provenance.map_err(in_scene)?;
-    let environment = match &args.map {
+    let environment = match map_of(args, scene)? {
         None => Environment::Lights(LightSampler::new(&prepared.lights)),
-        Some(path) => {
-            let map = Map::read(path).map_err(Failure::input)?;
+        Some(map) => {
             provenance = provenance.with("map", &map.source().hash);
-            let sampler = map_as_lit(scene, &map);
-            Environment::with_added(sampler, added_lights(scene, &prepared))
+            Environment::of_map(map.grid(), map.pixels(), &scene.lights, &prepared.lights)
         }
     };
     // What is behind the hair comes last.
@@ -131,6 +128,15 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
         100.0 * converged.relative_error,
         bytes.len()
     ))
+}
+
+/// The map that the picture goes to the light of: that of the flag, or else that of the scene.
+fn map_of(args: &Args, scene: &Scene) -> Result<Option<Map>, Failure> {
+    if let Some(path) = &args.map {
+        return Map::read(path).map(Some).map_err(Failure::input);
+    }
+    let map = scene.map_path().map(|path| Map::read(&path)).transpose();
+    map.map_err(|error| Failure::file(&args.scene, format!("lights.map: {error}")))
 }
 
 /// Corrections may leave a pixel a little below black, or light where no hair covers it, which programs that divide by alpha
