@@ -4,6 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use strandlight_formats::{Axis, BakedFile, LightSet, Spacing, SrbfLight, Table, TableFile};
+use strandlight_images::Map;
+use strandlight_tests::panoramas::striped_map;
 use strandlight_tests::{assert_refused, strandlight};
 
 use super::formats_commands::{done, json, small_hair};
@@ -185,6 +187,18 @@ fn tables_as_arrays_and_pictures() {
 }
 
 #[test]
+fn maps_as_arrays() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    fs::write(at.join("sky.hdr"), striped_map(16)).expect("written");
+    done(at, &["export", "sky.hdr", "-o", "sky.npy"]);
+    let (header, values) = npy(&at.join("sky.npy"));
+    assert!(header.contains("(8, 16, 3,)"), "{header}");
+    let map = Map::read(&at.join("sky.hdr")).expect("a map");
+    assert_eq!(values, map.pixels().as_flattened());
+}
+
+#[test]
 fn wrong_requests_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = folder.path();
@@ -194,6 +208,9 @@ fn wrong_requests_are_refused() {
     let last = broken.len() - 1;
     broken[last] ^= 1;
     fs::write(at.join("broken.tables"), &broken).expect("written");
+    let map = striped_map(16);
+    fs::write(at.join("sky.hdr"), &map).expect("written");
+    fs::write(at.join("cut.hdr"), &map[..100]).expect("written");
     let light = SrbfLight {
         direction: [0.0, 1.0, 0.0],
         lambda: 0.5,
@@ -233,6 +250,15 @@ fn wrong_requests_are_refused() {
             &["export", "a.lights", "-o", "x.exr", "--width", "2"],
             "must be an even number in 4..=8192",
         ),
+        (
+            &["export", "sky.hdr", "-o", "x.exr"],
+            "a map can be exported to .npy",
+        ),
+        (
+            &["export", "sky.hdr", "-o", "x.npy", "--width", "64"],
+            "--width is for light sets that become .exr",
+        ),
+        (&["export", "cut.hdr", "-o", "x.npy"], "cut.hdr: "),
         (&["export", "a.hair", "-o", "x.hair"], "a.hair"),
         (&["export", "folder.groom", "-o", "x.hair"], "folder.groom"),
         (&["inspect", "folder.groom"], "directory"),

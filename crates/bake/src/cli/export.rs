@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 
 use strandlight_bake::lights::rig::{self, RigTarget};
 use strandlight_bake::lights::{exchange, rest_parameter, texel_means};
-use strandlight_formats::{BakedFile, FileKind, Kind, LightSet, TableFile};
+use strandlight_formats::{
+    BakedFile, FileKind, Kind, LightSet, SNIFF_BYTES, TableFile, read_start,
+};
 use strandlight_images::exr_file;
 use strandlight_images::{LatLong, Map};
 
@@ -22,7 +24,7 @@ const MAX_WIDTH: u32 = 8192;
 /// Its width where none is given.
 const DEFAULT_WIDTH: u32 = 1024;
 
-/// Convert a .tables, .lights or .groom file to another format
+/// Convert a .tables, .lights or .groom file, or an HDR map, to another format
 ///
 /// .tables: to .npy (float32, [channel, row, column], and a vector with the values at the texel
 /// centres of each axis) or .exr, one file per table, named OUT_TABLE.npy, or OUT/TABLE.npy when
@@ -31,10 +33,11 @@ const DEFAULT_WIDTH: u32 = 1024;
 /// .npy (float32, one row of direction, sharpness and colour per light), .h (C), .exr (the environment
 /// map of the lights, latitude-longitude), or .usda (USD: a distant light for each). .groom: to the formats listed by `strandlight groom formats`, such as .hair
 /// (diameters as thickness); export to the format a groom was imported from restores the file, byte
-/// for byte if imported with --unit cm.
+/// for byte if imported with --unit cm. HDR map (OpenEXR, Radiance): to .npy (float32, [row, column, channel]), the
+/// pixels as `lights` reads them: linear Rec.709 radiance, none negative.
 #[derive(clap::Args)]
 pub struct Args {
-    /// .tables, .lights or .groom file, - for standard input
+    /// .tables, .lights or .groom file, or an HDR map; - for standard input
     file: PathBuf,
     /// File to write, in the format of its extension; - for standard output (JSON for a light set,
     /// .hair for a groom)
@@ -78,14 +81,18 @@ pub fn run(args: &Args) -> Outcome {
     if !output.is_dir() {
         check_outputs(&[input], &[output])?;
     }
-    let content = Content::of(input)?;
+    let start = read_start(input, SNIFF_BYTES as u64).map_err(Failure::input)?;
+    let content = match FileKind::of(&start) {
+        FileKind::Map(_) => None,
+        _ => Some(Content::of(input)?),
+    };
+    let is_of = |kind| matches!(content, Some(Content::Kind(found)) if found == kind);
     if let Some(flag) = args.groom.given()
-        && !matches!(content, Content::Kind(Kind::Groom))
+        && !is_of(Kind::Groom)
     {
         return Err(Failure::file(input, format!("{flag} is for grooms")));
     }
-    let is_of_lights =
-        |end: &str| matches!(content, Content::Kind(Kind::Lights)) && extension == Some(end);
+    let is_of_lights = |end: &str| is_of(Kind::Lights) && extension == Some(end);
     if args.width.is_some() && !is_of_lights("exr") {
         let what = "--width is for light sets that become .exr";
         return Err(Failure::file(input, what));
@@ -95,6 +102,16 @@ pub fn run(args: &Args) -> Outcome {
         let what = "--residual and --for are for light sets that become .usda";
         return Err(Failure::file(input, what));
     }
+    let Some(content) = content else {
+        let Some("npy") = extension else {
+            return Err(unknown(output, "a map", ".npy"));
+        };
+        let map = Map::read(input).map_err(Failure::input)?;
+        let (width, height) = (map.width(), map.height());
+        let bytes = npy::float32(&[height, width, 3], map.pixels().as_flattened());
+        let what = format!("npy float32 [{height}, {width}, 3]: linear Rec.709 radiance");
+        return write(input, &[one(output, what, bytes)]);
+    };
     let outputs = match content {
         Content::Kind(Kind::Tables) => {
             let file = TableFile::read(input).map_err(Failure::input)?;
@@ -154,9 +171,14 @@ pub fn run(args: &Args) -> Outcome {
         Content::Lut => return Err(not_ours(input, FileKind::Cube)),
         Content::Scene => return Err(not_ours(input, FileKind::Scene)),
     };
+    write(input, &outputs)
+}
+
+/// Writes `outputs`, none of which is `input`, and names them.
+fn write(input: &Path, outputs: &[Output]) -> Outcome {
     let paths: Vec<&Path> = outputs.iter().map(|output| &*output.path).collect();
     check_outputs(&[input], &paths)?;
-    for output in &outputs {
+    for output in outputs {
         write_output(&output.path, &output.bytes)?;
     }
     outputs.iter().try_for_each(|output| {
@@ -243,7 +265,7 @@ fn asset_path(file: &Path, layer: &Path) -> Result<String, Failure> {
 }
 
 fn not_ours(input: &Path, found: FileKind) -> Failure {
-    let what = "only .tables, .lights and .groom are exported";
+    let what = "only .tables, .lights and .groom files and HDR maps are exported";
     Failure::file(input, format!("{what}: {}", found.describe()))
 }
 
