@@ -1,12 +1,14 @@
 //! From the picture on screen to ground truth: while nothing changes, paths of the exact fibre model
 //! correct the finished picture, in a thread of their own.
 
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use strandlight_cpu::{DisplayPixels, levels};
+use strandlight_formats::LightsSection;
 use strandlight_reference::converge::{Converged, Convergence, next_step};
 use strandlight_reference::environment::LightSampler;
 use strandlight_reference::{Environment, MAX_TRUTH_SAMPLES, TracedScene};
@@ -17,6 +19,8 @@ use strandlight_scene::{Picture, PreparedScene, RenderError};
 
 use crate::apart::apart;
 use crate::interactive::new_version;
+use crate::truth_map::{KeptMap, TruthMapError};
+use crate::work::{Work, WorkError};
 
 /// How long nothing changes before paths are traced: what they need takes a while to make.
 const REST: Duration = Duration::from_millis(400);
@@ -55,6 +59,14 @@ pub enum TruthError {
     /// There is no picture to be corrected.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// There is no light of the map that the scene names.
+    #[error("{}: lights.map: {source}", scene.display())]
+    Map {
+        /// The scene's file.
+        scene: PathBuf,
+        /// What is wrong with the map.
+        source: Box<TruthMapError>,
+    },
 }
 
 /// Ground truth of what a [`Viewer`](crate::Viewer) shows, from when it is asked for on.
@@ -71,6 +83,12 @@ pub struct GroundTruth {
     shown: Option<Shown>,
     /// What is wrong with the scene as it is.
     error: Option<TruthError>,
+    /// The map that it is lit by; the light set where there is none.
+    map: Option<PathBuf>,
+    /// That of the last thread.
+    kept_map: Arc<KeptMap>,
+    /// Of the program that reads maps.
+    work: Arc<Work>,
 }
 
 /// What is to be corrected.
@@ -79,6 +97,18 @@ pub struct Subject {
     pub fast: Picture,
     /// What it shows.
     pub scene: PreparedScene,
+    /// What it is lit by in place of the light set.
+    pub map: Option<MapLight>,
+}
+
+/// The light of a map.
+pub struct MapLight {
+    /// The map.
+    pub path: PathBuf,
+    /// How it is turned and multiplied, and what is added.
+    pub section: LightsSection,
+    /// The scene's file, for what is said of it.
+    pub scene: PathBuf,
 }
 
 /// A thread that traces paths until it is no longer wanted.
@@ -92,7 +122,7 @@ struct Run {
 #[derive(Default)]
 struct Found {
     converged: Option<Arc<Converged>>,
-    error: Option<BcsdfError>,
+    error: Option<TruthError>,
     is_done: bool,
 }
 
@@ -111,6 +141,19 @@ impl GroundTruth {
             self.ending = run.thread.take();
         }
         (self.is_done, self.rest, self.shown, self.error) = (false, None, None, None);
+    }
+
+    /// The map that it is to be lit by; none for the light set.
+    pub fn set_map(&mut self, map: Option<PathBuf>) {
+        if self.map == map {
+            return;
+        }
+        let old = std::mem::replace(&mut self.map, map);
+        let files = [&old, &self.map].map(|map| map.as_ref()?.canonicalize().ok());
+        // A scene that is saved elsewhere names the same file otherwise.
+        if !matches!(&files, [Some(old), Some(new)] if old == new) {
+            self.set_outdated();
+        }
     }
 
     /// Is the finished picture wanted, to be corrected? `progress` is how far it is.
@@ -133,7 +176,11 @@ impl GroundTruth {
 
     /// Starts to trace, once [`GroundTruth::wants_subject`].
     pub fn start(&mut self, subject: Subject) {
-        self.run = Some(Run::start(subject));
+        self.run = Some(Run::start(
+            subject,
+            self.kept_map.clone(),
+            self.work.clone(),
+        ));
     }
 
     /// Takes up what was found meanwhile, to be shown with `grade`: exposure in stops and display
@@ -146,7 +193,7 @@ impl GroundTruth {
         let is_over = run.thread.as_ref().is_none_or(JoinHandle::is_finished);
         let mut found = run.found.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(error) = found.error.take() {
-            self.error = Some(error.into());
+            self.error = Some(error);
         }
         self.is_done = found.is_done || is_over;
         let Some(converged) = found.converged.clone() else {
@@ -226,7 +273,7 @@ fn known(error: f64) -> f64 {
 }
 
 impl Run {
-    fn start(subject: Subject) -> Run {
+    fn start(subject: Subject, kept_map: Arc<KeptMap>, work: Arc<Work>) -> Run {
         let mut run = Run {
             is_wanted: Arc::new(AtomicBool::new(true)),
             found: Arc::default(),
@@ -234,7 +281,16 @@ impl Run {
         };
         let (is_wanted, found) = (run.is_wanted.clone(), run.found.clone());
         run.thread = Some(std::thread::spawn(move || {
-            apart(|| trace(subject, &is_wanted, &found));
+            // Not among the threads that trace: another program is waited for.
+            match environment(&subject, &kept_map, &work) {
+                Ok(Some(environment)) => {
+                    apart(|| trace(subject, &environment, &is_wanted, &found));
+                }
+                Ok(None) => {}
+                Err(error) => tell(&found, |found| {
+                    (found.error, found.is_done) = (Some(error), true);
+                }),
+            }
         }));
         run
     }
@@ -246,21 +302,62 @@ impl Drop for Run {
     }
 }
 
-/// Traces `subject` until it is good enough or no longer wanted, and tells each picture.
-fn trace(subject: Subject, is_wanted: &AtomicBool, found: &Mutex<Found>) {
-    let tell = |change: &dyn Fn(&mut Found)| {
-        change(&mut found.lock().unwrap_or_else(PoisonError::into_inner));
+impl Drop for GroundTruth {
+    /// While it is there a map that is being read is read to its end, for the next picture.
+    fn drop(&mut self) {
+        self.work.stop();
+    }
+}
+
+fn tell(found: &Mutex<Found>, change: impl FnOnce(&mut Found)) {
+    change(&mut found.lock().unwrap_or_else(PoisonError::into_inner));
+}
+
+/// What `subject` is lit by; none where nobody waits for it any more.
+fn environment(
+    subject: &Subject,
+    kept_map: &KeptMap,
+    work: &Work,
+) -> Result<Option<Environment>, TruthError> {
+    let lights = &subject.scene.lights;
+    let Some(light) = &subject.map else {
+        return Ok(Some(Environment::Lights(LightSampler::new(lights))));
     };
-    let Subject { fast, scene } = subject;
+    match kept_map.get(&light.path, work) {
+        Ok(map) => {
+            let section = &light.section;
+            let environment = Environment::of_map(map.grid, &map.pixels, section, lights);
+            Ok(Some(environment))
+        }
+        Err(TruthMapError::Work(WorkError::Stopped)) => Ok(None),
+        Err(source) => Err(TruthError::Map {
+            scene: light.scene.clone(),
+            source: Box::new(source),
+        }),
+    }
+}
+
+/// Traces `subject` until it is good enough or no longer wanted, and tells each picture.
+fn trace(
+    subject: Subject,
+    environment: &Environment,
+    is_wanted: &AtomicBool,
+    found: &Mutex<Found>,
+) {
+    let Subject { fast, scene, .. } = subject;
     let wanted = || is_wanted.load(Ordering::Relaxed);
-    let environment = Environment::Lights(LightSampler::new(&scene.lights));
+    if !wanted() {
+        return;
+    }
     let traced = match TracedScene::new(&scene) {
         Ok(traced) => traced,
         Err(error) => {
-            return tell(&|found| (found.error, found.is_done) = (Some(error.clone()), true));
+            return tell(found, |found| {
+                (found.error, found.is_done) = (Some(error.into()), true);
+            });
         }
     };
-    let tracer = traced.tracer(&environment);
+    let tracer = traced.tracer(environment);
     let tracer = tracer.with_scattering(scene.scattering());
     if !wanted() {
         return;
@@ -279,7 +376,9 @@ fn trace(subject: Subject, is_wanted: &AtomicBool, found: &Mutex<Found>) {
         let converged = Arc::new(convergence.converged());
         let samples = converged.samples;
         let is_done = converged.relative_error <= GOAL || samples >= MAX_TRUTH_SAMPLES;
-        tell(&|found| (found.converged, found.is_done) = (Some(converged.clone()), is_done));
+        tell(found, |found| {
+            (found.converged, found.is_done) = (Some(converged.clone()), is_done);
+        });
         if is_done || !wanted() {
             return;
         }

@@ -39,6 +39,8 @@ pub mod options;
 pub mod script;
 pub mod session;
 pub mod timings;
+#[cfg(not(target_arch = "wasm32"))]
+mod truth_map;
 #[cfg(feature = "ui")]
 pub mod ui;
 pub mod viewer;
@@ -58,4 +60,6 @@ pub use interactive::{Display, InteractiveBackend};
 #[cfg(not(target_arch = "wasm32"))]
 pub use light_layer::LightLayer;
 pub use session::Session;
+#[cfg(not(target_arch = "wasm32"))]
+pub use truth_map::TruthMapError;
 pub use viewer::Viewer;

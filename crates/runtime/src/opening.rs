@@ -284,6 +284,7 @@ pub fn open(path: &Path, work: &Work) -> Result<Session, CannotOpen> {
         lights,
         panorama,
         is_seen,
+        map: (kind == Openable::Map).then(|| whole.clone()),
     };
     Ok(around(&whole, groom, lit, lut, files)?)
 }
@@ -301,6 +302,8 @@ struct Lit {
     panorama: Option<PathBuf>,
     /// Is the panorama the background?
     is_seen: bool,
+    /// The map that the lights were fitted to.
+    map: Option<PathBuf>,
 }
 
 /// A scene around a groom, a light set, a panorama, a LUT or none of them, called after `path`.
@@ -334,6 +337,7 @@ fn around(
     let mut scene = Scene::new(name(groom), name(lights));
     scene.render.lut = lut.map(name);
     scene.lights.panorama = lit.panorama.map(name);
+    scene.lights.map = lit.map.map(name);
     if lit.is_seen && scene.lights.panorama.is_some() {
         scene.render.background = Background::Panorama;
     }

@@ -1,9 +1,12 @@
 //! A viewer whose finished picture goes on to ground truth.
 
+use std::path::Path;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use strandlight_cpu::levels;
-use strandlight_formats::{Background, Scattering};
+use strandlight_formats::{AddedLight, Background, Scattering};
+use strandlight_images::Map;
 use strandlight_reference::converge::Convergence;
 use strandlight_reference::environment::LightSampler;
 use strandlight_reference::{Environment, TracedScene};
@@ -11,7 +14,9 @@ use strandlight_runtime::{
     BackendChoice, Chosen, CpuReason, Display, Inspection, Session, TruthProgress, Viewer,
 };
 use strandlight_scene::{Backend, Picture, PreparedScene};
+use strandlight_tests::panoramas::striped_map;
 use strandlight_tests::scenes::{curtain, light, write_small_scene};
+use strandlight_tests::{assert_done, strandlight};
 
 const SIZE: [u32; 2] = [40, 30];
 
@@ -216,4 +221,153 @@ fn elliptic_hair_goes_to_its_truth() {
             .expect("valid");
         traced(&mut viewer, 2);
     }
+}
+
+/// Is `strandlight`, which reads maps, in PATH? If not, `test` runs once more in a process where it is.
+fn is_strandlight_in_path(test: &str) -> bool {
+    const INNER: &str = "STRANDLIGHT_TEST_WITH_PATH";
+    if std::env::var_os(INNER).is_some() {
+        return true;
+    }
+    let program = strandlight();
+    let folder = Path::new(program.get_program())
+        .parent()
+        .map(Path::to_owned);
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let path = folder.into_iter().chain(std::env::split_paths(&path));
+    let path = std::env::join_paths(path).expect("a list of folders");
+    let mut again = Command::new(std::env::current_exe().expect("this program"));
+    again.args(["--exact", test, "--nocapture"]);
+    assert_done(again.env(INNER, "1").env("PATH", path));
+    false
+}
+
+/// Waits for what is wrong.
+fn fault(viewer: &mut Viewer) -> String {
+    let start = Instant::now();
+    loop {
+        viewer.advance(Duration::from_millis(5)).expect("drawn");
+        if let Some(Err(error)) = viewer.ground_truth() {
+            return error.to_string();
+        }
+        assert!(start.elapsed() < Duration::from_secs(120), "nothing is");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn the_map_of_a_scene_is_its_light() {
+    let name = "ground_truth::the_map_of_a_scene_is_its_light";
+    if !is_strandlight_in_path(name) {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("sky.hdr"), striped_map(64)).expect("written");
+    std::fs::write(at("even.hdr"), striped_map(16)).expect("written");
+    let mut viewer = viewer(folder.path());
+    let lit = viewer.edit("Lights", |scene| {
+        let lights = &mut scene.lights;
+        lights.map = Some("sky.hdr".into());
+        (lights.rotate_deg, lights.intensity, lights.tint) = (40.0, 2.0, [1.0, 0.5, 0.8]);
+        lights.muted = vec![0];
+        lights.added = vec![AddedLight::default()];
+    });
+    lit.expect("valid");
+    viewer.set_ground_truth(true);
+    let scene = |viewer: &Viewer| viewer.prepared().clone();
+    let expected = |viewer: &Viewer, map: Option<&str>, samples: u32| {
+        let scene = scene(viewer);
+        let mut of_fast = strandlight_cpu::CpuRenderer::new(scene.clone());
+        of_fast.set_grade(scene.exposure, scene.display.clone(), Background::None);
+        let (fast, _) = of_fast.render(SIZE, 1, &|_| ()).expect("drawn");
+        let section = &viewer.session().scene().lights;
+        let environment = match map.map(|map| Map::read(&at(map)).expect("a map")) {
+            Some(map) => Environment::of_map(map.grid(), map.pixels(), section, &scene.lights),
+            None => Environment::Lights(LightSampler::new(&scene.lights)),
+        };
+        let traced = TracedScene::new(&scene).expect("round fibres");
+        let mut convergence = Convergence::new(fast, &scene, 0);
+        convergence.trace(&scene, &traced.tracer(&environment), samples);
+        let mut pixels = Vec::new();
+        let grade = (scene.exposure.exp2(), &scene.display);
+        levels(&convergence.converged().picture, grade, &mut pixels);
+        pixels
+    };
+    let truth = traced(&mut viewer, 4);
+    let of_map = expected(&viewer, Some("sky.hdr"), truth.samples);
+    assert!(shown(&viewer) == of_map);
+    assert!(of_map != expected(&viewer, None, truth.samples));
+
+    // The command goes to the same picture.
+    viewer.save().expect("written");
+    let mut command = strandlight();
+    command.current_dir(folder.path());
+    command.args(["render", "a.toml", "--converge", "--backend", "cpu"]);
+    command.args(["-o", "a.png", "--until", &truth.samples.to_string()]);
+    assert_done(&mut command);
+    let file = std::fs::File::open(at("a.png")).expect("written");
+    let decoder = png::Decoder::new(std::io::BufReader::new(file));
+    let mut reader = decoder.read_info().expect("a PNG");
+    let mut bytes = vec![0; reader.output_buffer_size().expect("a small picture")];
+    let info = reader.next_frame(&mut bytes).expect("a PNG");
+    let channels = info.color_type.samples();
+    let texels = bytes[..info.buffer_size()].chunks_exact(channels);
+    assert!(
+        texels
+            .map(|texel| &texel[..3])
+            .eq(of_map.iter().map(|texel| &texel[..3]))
+    );
+
+    // Another map, or none, begins anew; another exposure does not.
+    let set_map = |viewer: &mut Viewer, map: Option<&str>| {
+        let change = viewer.edit("Map", |scene| scene.lights.map = map.map(Into::into));
+        assert_eq!(change.expect("valid").names(), ["label"]);
+    };
+    for map in [Some("even.hdr"), None, Some("sky.hdr")] {
+        set_map(&mut viewer, map);
+        viewer.advance(Duration::ZERO).expect("drawn");
+        let truth = viewer.ground_truth().expect("wanted").expect("traced");
+        assert_eq!(truth.samples, 0, "{map:?}");
+        let truth = traced(&mut viewer, 2);
+        assert!(
+            shown(&viewer) == expected(&viewer, map, truth.samples),
+            "{map:?}"
+        );
+    }
+    // So does one that another program writes, once the scene is read again.
+    std::fs::write(at("sky.hdr"), striped_map(32)).expect("written");
+    viewer.save().expect("written");
+    viewer.reload().expect("readable");
+    let truth = traced(&mut viewer, 2);
+    assert!(shown(&viewer) == expected(&viewer, Some("sky.hdr"), truth.samples));
+    // The scene keeps it wherever it is saved, and what is traced goes on.
+    let below = at("below");
+    std::fs::create_dir(&below).expect("made");
+    viewer.save_as(&below.join("b.toml")).expect("written");
+    let named = viewer.session().scene().lights.map.clone();
+    assert_eq!(named, Some(Path::new("..").join("sky.hdr")));
+    viewer.advance(Duration::ZERO).expect("drawn");
+    let after = viewer.ground_truth().expect("wanted").expect("traced");
+    assert!(after.samples >= truth.samples, "{after:?}");
+
+    // One that is missing or broken is named, and nothing else is traced in its place.
+    std::fs::write(at("cut.hdr"), &striped_map(64)[..200]).expect("written");
+    for (map, needle) in [
+        ("gone.hdr", "gone.hdr: "),
+        ("a.lights", "a light set"),
+        ("cut.hdr", "cut.hdr: "),
+    ] {
+        set_map(&mut viewer, Some(&format!("../{map}")));
+        let error = fault(&mut viewer);
+        let start = format!("{}: lights.map: ", below.join("b.toml").display());
+        assert!(error.starts_with(&start), "{error}");
+        assert!(error.contains(needle) && error.contains(map), "{error}");
+        assert!(viewer.next_update().is_none(), "nothing more comes");
+    }
+    viewer.undo().expect("drawn");
+    viewer
+        .edit("Map", |scene| scene.lights.map = None)
+        .expect("valid");
+    traced(&mut viewer, 2);
 }

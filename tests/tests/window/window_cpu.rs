@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
-use strandlight_tests::{assert_done, strandview};
+use strandlight_tests::{assert_done, project_root, strandview};
 
 use crate::window_common::{Desktop, SAME, Shot, SmallScene, View};
 
@@ -175,6 +175,45 @@ fn the_finished_picture_goes_on_to_ground_truth_on_both_renderers() {
         view.assert_at_rest("off again");
         view.close();
     }
+}
+
+#[test]
+fn ground_truth_goes_to_the_map_of_the_scene_or_says_why_not() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let at = |name: &str| scene.folder.path().join(name);
+    std::fs::copy(project_root().join("data/sample/studio.exr"), at("sky.exr")).expect("copied");
+    let text = |map: &str| {
+        let lights = format!("[lights]\nmap = '{map}'\n");
+        SmallScene::text("").replace("[lights]\n", &lights)
+    };
+    std::fs::write(&scene.path, text("sky.exr")).expect("written");
+    let mut view = View::open(&desktop, &scene.path, &CPU);
+    view.key("g");
+    let is_traced = |events: &[Value]| truth(events).is_some_and(|(samples, _)| samples >= 4);
+    view.wait_for("4 samples", is_traced);
+    assert_eq!(view.count("error"), 0);
+    view.close();
+
+    std::fs::write(&scene.path, text("gone.exr")).expect("written");
+    let mut view = View::open(&desktop, &scene.path, &CPU);
+    let fast = view.without_mouse();
+    view.key("g");
+    view.wait_for_next("error", 0);
+    let events = view.events();
+    let error = events.iter().find(|event| event["event"] == "error");
+    let error = error.and_then(|error| error["message"].as_str());
+    let error = error.expect("a message");
+    for needle in ["small.toml: lights.map: ", "gone.exr"] {
+        assert!(error.contains(needle), "{error}");
+    }
+    assert!(truth(&events).is_none_or(|(samples, _)| samples == 0));
+    assert!(view.has_place("Ground truth"), "the status line tells");
+    // Off, and the message goes.
+    view.after("ground_truth", |view| view.key("g"));
+    view.settle();
+    view.without_mouse().assert_same(&fast);
+    view.assert_at_rest("off again");
+    view.close();
 }
 
 #[test]

@@ -266,6 +266,8 @@ fn a_map_that_is_fitted_can_be_seen_too() {
     let file = |name: &str| Some(std::path::PathBuf::from(name));
     assert_eq!(saved.lights.file.to_str(), Some("studio.lights"));
     assert_eq!(saved.lights.panorama, file("studio.panorama"));
+    // Ground truth goes to its light.
+    assert_eq!(saved.lights.map, file("studio.exr"));
     view.close();
     let view = View::open(&desktop, &scene.path, &CPU);
     view.without_mouse().assert_same(&seen);
@@ -282,6 +284,7 @@ fn a_map_that_is_fitted_can_be_seen_too() {
     let saved = strandlight_formats::Scene::read(saved).expect("a scene");
     assert_eq!(saved.render.background, Background::Panorama);
     assert_eq!(saved.lights.panorama, file("sky.panorama"));
+    assert_eq!(saved.lights.map, file("sky.exr"));
     view.close();
 }
 

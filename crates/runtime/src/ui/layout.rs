@@ -26,7 +26,7 @@ use super::questions::{self, Answer, Question};
 use super::settings::{self, Settings};
 use super::thumbnails::Thumbnails;
 use super::view::{self, ViewportInput};
-use super::{help, orbit, theme};
+use super::{help, orbit, theme, truth};
 use crate::viewer::Viewer;
 use strandlight_scene::Camera;
 use strandlight_scene::interactive::PictureProgress;
@@ -590,7 +590,7 @@ fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState, changes: &mut Chang
             changes.place("Out of view", &label);
             label.on_hover_text("View > Frame all hair");
         }
-        if let Some((text, help)) = ground_truth(input.viewer) {
+        if let Some((text, help)) = truth::status(input.viewer) {
             let label = ui.label(RichText::new(text).small());
             changes.place("Ground truth", &label);
             label.on_hover_text(help);
@@ -623,37 +623,6 @@ fn status(ui: &mut Ui, input: &UiInput<'_>, state: &UiState, changes: &mut Chang
             });
         });
     });
-}
-
-/// How far the picture is to ground truth, where that is wanted, and what that means.
-#[cfg(not(target_arch = "wasm32"))]
-fn ground_truth(viewer: &Viewer) -> Option<(String, String)> {
-    let help = "Path tracing corrects the finished picture while nothing changes. The error is the relative \
-                RMSE over blocks of 4x4 pixels that is to be expected";
-    Some(match viewer.ground_truth()? {
-        Err(error) => ("no ground truth".to_owned(), error.to_string()),
-        Ok(truth) if truth.samples == 0 => ("ground truth: starting".to_owned(), help.to_owned()),
-        Ok(truth) => {
-            let error = 100.0 * truth.relative_error;
-            let of_fast = match truth.relative_error_of_fast {
-                Some(error) => format!("; of the fast picture {:.1} %", 100.0 * error),
-                None => String::new(),
-            };
-            let verb = if truth.is_done { "done" } else { "tracing" };
-            (
-                format!(
-                    "ground truth: {verb}, {}, expected error {error:.1} %",
-                    counted(truth.samples, "sample", "samples")
-                ),
-                format!("{help}{of_fast}"),
-            )
-        }
-    })
-}
-
-#[cfg(target_arch = "wasm32")]
-fn ground_truth(_: &Viewer) -> Option<(String, String)> {
-    None
 }
 
 /// Which renderer draws, and why.

@@ -59,6 +59,7 @@ mod stroke_input;
 mod theme;
 mod thumbnails;
 mod title;
+mod truth;
 mod view;
 mod views;
 mod workspace;

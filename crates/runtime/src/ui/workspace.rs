@@ -96,6 +96,9 @@ pub struct Workspace {
     /// What was last told of ground truth.
     #[cfg(not(target_arch = "wasm32"))]
     pub(super) truth: Option<TruthProgress>,
+    /// What was last said of why there is none.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) truth_error: Option<String>,
     /// The log was told that what is inspected is shown.
     #[cfg(not(target_arch = "wasm32"))]
     pub(super) is_inspection_noted: bool,
@@ -190,6 +193,8 @@ impl Workspace {
             progress: PictureProgress::default(),
             #[cfg(not(target_arch = "wasm32"))]
             truth: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            truth_error: None,
             #[cfg(not(target_arch = "wasm32"))]
             is_inspection_noted: false,
             times: FrameTimes::default(),
@@ -575,7 +580,15 @@ impl Workspace {
     /// Tells how far the picture on screen is to ground truth, where that is news.
     #[cfg(not(target_arch = "wasm32"))]
     fn note_truth(&mut self) {
-        let truth = self.viewer.ground_truth().and_then(Result::ok);
+        let truth = self.viewer.ground_truth().transpose();
+        let error = truth.as_ref().err().map(ToString::to_string);
+        let truth = truth.ok().flatten();
+        // Once, however often the picture is finished again.
+        if let Some(error) = error.filter(|error| self.truth_error.as_ref() != Some(error)) {
+            self.fail(&error);
+            self.truth_error = Some(error);
+            self.window.request_redraw();
+        }
         if truth != self.truth {
             self.truth = truth;
             // The status line was laid out before.

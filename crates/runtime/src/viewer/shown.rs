@@ -7,13 +7,13 @@ use strandlight_scene::motion::Motion;
 use strandlight_scene::{PreparedScene, RenderError};
 
 use super::Viewer;
-use crate::ground_truth::{self, GroundTruth, Subject, TruthError, TruthProgress};
+use crate::ground_truth::{self, GroundTruth, MapLight, Subject, TruthError, TruthProgress};
 use crate::inspection::{self, Drawn, Inspected, InspectedState, Inspection, Inspector, Radiance};
 use crate::interactive::Display;
 
 impl Viewer {
     /// Lets the picture go on to ground truth once it is finished and as long as nothing changes, or no
-    /// longer.
+    /// longer: in the light of the scene's map, or of its light set where it names none.
     pub fn set_ground_truth(&mut self, is_wanted: bool) {
         self.ground_truth = is_wanted.then(GroundTruth::default);
     }
@@ -196,6 +196,7 @@ impl Viewer {
         let Some(truth) = &mut self.ground_truth else {
             return Ok(());
         };
+        truth.set_map(self.session.scene().map_path());
         if truth.wants_subject(progress) {
             let subject = self.subject(size);
             if let Some(truth) = &mut self.ground_truth {
@@ -218,7 +219,13 @@ impl Viewer {
     fn subject(&mut self, size: [u32; 2]) -> Result<Subject, RenderError> {
         let scene = self.moved_scene()?;
         let fast = self.renderer.over_nothing(size)?;
-        Ok(Subject { fast, scene })
+        let document = self.session.scene();
+        let map = document.map_path().map(|path| MapLight {
+            path,
+            section: document.lights.clone(),
+            scene: self.session.path().to_owned(),
+        });
+        Ok(Subject { fast, scene, map })
     }
 
     /// What is inspected, or the picture on its way to ground truth; none where the renderer's own is shown.

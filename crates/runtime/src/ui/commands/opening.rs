@@ -186,7 +186,8 @@ impl Workspace {
         is_other
     }
 
-    /// [`Workspace::swap`] of which nothing is remembered. With a light set comes its panorama.
+    /// [`Workspace::swap`] of which nothing is remembered. With a light set comes its panorama, and the map where it was
+    /// fitted to that here.
     pub(super) fn put_in(
         &mut self,
         kind: crate::opening::Openable,
@@ -215,11 +216,15 @@ impl Workspace {
         // Of one that cannot be read the lights can still be taken.
         let panorama = panorama.filter(|path| !is_seen || files.panorama(path).is_ok());
         let panorama = panorama.map(|path| session.path_in_scene(&path));
+        let map = (kind == Openable::Lights && from != path).then(|| {
+            let whole = std::path::absolute(from).unwrap_or_else(|_| from.to_owned());
+            session.path_in_scene(&whole)
+        });
         self.viewer.commit();
         let changed = self.viewer.edit(&label, |scene| match kind {
             Openable::Lights if scene.lights.file != file => {
                 scene.lights.change_set(file, n_before, n_after);
-                scene.lights.panorama = panorama;
+                (scene.lights.panorama, scene.lights.map) = (panorama, map);
                 if is_seen && scene.lights.panorama.is_none() {
                     scene.render.background = Background::Lights;
                 }

@@ -80,7 +80,7 @@ impl Workspace {
     pub(super) fn toggle_ground_truth(&mut self) {
         let is_wanted = self.viewer.ground_truth().is_none();
         self.viewer.set_ground_truth(is_wanted);
-        self.truth = None;
+        (self.truth, self.truth_error) = (None, None);
         self.log
             .write("ground_truth", json!({ "is_wanted": is_wanted }));
         self.say(match is_wanted {
