@@ -213,7 +213,8 @@ fn ground_truth_goes_to_the_map_of_the_scene_or_says_why_not() {
     view.settle();
     view.without_mouse().assert_same(&fast);
     view.assert_at_rest("off again");
-    view.close();
+    view.key("ctrl+q");
+    view.ended();
 }
 
 #[test]
