@@ -302,7 +302,7 @@ fn without_webgpu_the_cpu_draws_the_page() {
     assert_eq!(browser.console, Vec::<String>::new());
 }
 
-/// Keeps how many milliseconds after each input the page hears of it, and the frame after it is done.
+/// Keeps how many milliseconds after each input the page hears of it, and the frame after it is over: when the next one begins.
 const TIME_INPUT: &str = "
     globalThis.heard = [];
     globalThis.drawn = [];
@@ -310,7 +310,7 @@ const TIME_INPUT: &str = "
         addEventListener(kind, event => {
             heard.push(performance.now() - event.timeStamp);
             const frame = () => drawn.push(performance.now() - event.timeStamp);
-            requestAnimationFrame(() => setTimeout(frame, 0));
+            requestAnimationFrame(() => requestAnimationFrame(frame));
         }, { capture: true });
     }";
 
