@@ -43,6 +43,59 @@ const program = () => {
   return compiled;
 };
 
+// What a worker does: it draws as the page's messages say. Elements that a GPU draws start none. This function and the program
+// are sent to it as they are written: no file has to be found beside this module, whoever has bundled it.
+const draw = (instantiate) => {
+  const loop = new MessageChannel();
+  const waiting = [];
+  let worker;
+  let isDue = false;
+  const goOn = () => {
+    if (isDue) return;
+    isDue = true;
+    // Messages that have come meanwhile are taken first.
+    loop.port2.postMessage(null);
+  };
+  const take = (message) => {
+    worker.take(message);
+    goOn();
+  };
+  loop.port1.onmessage = () => {
+    isDue = false;
+    const answer = worker.work();
+    if (answer) postMessage(answer, [answer.buffer]);
+    if (worker.is_working()) goOn();
+  };
+  onmessage = async ({ data }) => {
+    if (!(data instanceof WebAssembly.Module)) {
+      if (worker) take(data);
+      else waiting.push(data);
+      return;
+    }
+    try {
+      const instance = instantiate();
+      await instance({ module_or_path: data });
+      worker = new instance.PageWorker();
+    } catch (error) {
+      postMessage(String(error));
+      return;
+    }
+    for (const message of waiting.splice(0)) take(message);
+  };
+};
+
+const startWorker = (module) => {
+  const source = new Blob([`(${draw})(${instantiate})`], { type: "text/javascript" });
+  const address = URL.createObjectURL(source);
+  try {
+    const worker = new Worker(address);
+    worker.postMessage(module);
+    return worker;
+  } finally {
+    URL.revokeObjectURL(address);
+  }
+};
+
 // Of the GPU the viewer says its name as well.
 const rendererOf = ({ name, reason }, wanted) => {
   if (name !== "cpu") return { renderer: "gpu" };
@@ -235,7 +288,8 @@ export class StrandView extends Element {
     });
     // What is said of a scene that could not be opened at all is the other promise's.
     shown.catch(() => {});
-    const view = await instance.open(this.#canvas, scene, tables, this.renderer, this.panel, later);
+    const start = () => startWorker(module);
+    const view = await instance.open(this.#canvas, scene, tables, this.renderer, this.panel, start, later);
     if (turn !== this.#turn) return view.close();
     this.#view = view;
     await shown;

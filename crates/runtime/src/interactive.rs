@@ -15,6 +15,8 @@ use strandlight_scene::Picture;
 use strandlight_scene::interactive::{PictureProgress, RenderReport};
 use strandlight_scene::{Backend, PreparedScene, RenderError};
 
+use crate::session::Session;
+
 /// A renderer that works bit by bit and shows what it has.
 pub trait InteractiveBackend: Backend {
     /// Works on the picture for about `budget`, one step at least; or waits as long for a thread that does.
@@ -22,6 +24,14 @@ pub trait InteractiveBackend: Backend {
     /// # Errors
     /// [`RenderError::DeviceLost`], or whatever else the device refuses.
     fn advance(&mut self, budget: Duration) -> Result<PictureProgress, RenderError>;
+
+    /// Learns of the document what setters do not tell; called before every [`InteractiveBackend::advance`].
+    fn follow(&mut self, _: &Session) {}
+
+    /// Is the picture worked on while nobody calls [`InteractiveBackend::advance`]?
+    fn works_alone(&self) -> bool {
+        false
+    }
 
     /// What was done since the last edit.
     fn report(&self) -> &RenderReport;
@@ -148,6 +158,10 @@ impl InteractiveBackend for InteractiveRenderer {
 impl InteractiveBackend for BackgroundRenderer {
     fn advance(&mut self, budget: Duration) -> Result<PictureProgress, RenderError> {
         self.advance(budget)
+    }
+
+    fn works_alone(&self) -> bool {
+        true
     }
 
     fn report(&self) -> &RenderReport {

@@ -49,6 +49,8 @@ pub mod web;
 #[cfg(not(target_arch = "wasm32"))]
 #[doc(hidden)]
 pub mod work;
+#[cfg(any(test, all(target_arch = "wasm32", feature = "ui")))]
+mod worker;
 
 pub use choice::{BackendChoice, Chosen, CpuReason};
 pub use error::{KeyError, ScriptError, SessionError, StepError};

@@ -30,15 +30,13 @@ use crate::session::{Change, Edits, Saved, Session, section_of};
 use current_picker::CurrentPicker;
 #[cfg(not(target_arch = "wasm32"))]
 use strandlight_cpu::BackgroundRenderer;
-#[cfg(target_arch = "wasm32")]
-use strandlight_cpu::InteractiveRenderer;
 use strandlight_render::ProgressiveRenderer;
 use strandlight_render::gpu::Context;
 use strandlight_scene::Camera;
-use strandlight_scene::assets::{camera, densities};
+use strandlight_scene::assets::{Assets, camera, densities};
 use strandlight_scene::interactive::{PictureProgress, RenderReport};
 use strandlight_scene::motion::{Motion, Wind};
-use strandlight_scene::paint::ActiveStroke;
+use strandlight_scene::paint::{ActiveStroke, Paint};
 use strandlight_scene::scene::PreparedScene;
 use strandlight_scene::{Backend, RenderError, SceneError};
 use varied::VariedPaint;
@@ -110,23 +108,31 @@ impl Viewer {
     ///
     /// # Errors
     /// What cannot be drawn, by name; whatever the device refuses.
+    #[cfg(not(target_arch = "wasm32"))]
     pub fn choose(
         choice: BackendChoice,
         chosen: Chosen,
         session: Session,
     ) -> Result<Viewer, SessionError> {
-        let scene = unmuted_scene(&session).map_err(RenderError::from)?;
-        #[cfg(not(target_arch = "wasm32"))]
-        let on_cpu = |scene| Box::new(BackgroundRenderer::new(scene));
-        // A page has one thread.
-        #[cfg(target_arch = "wasm32")]
-        let on_cpu = |scene| Box::new(InteractiveRenderer::new(scene));
+        let on_cpu =
+            |scene| -> Box<dyn InteractiveBackend> { Box::new(BackgroundRenderer::new(scene)) };
+        Viewer::choose_from(choice, chosen, session, on_cpu)
+    }
+
+    /// The same, `on_cpu` being what draws without a device.
+    pub(crate) fn choose_from(
+        choice: BackendChoice,
+        chosen: Chosen,
+        session: Session,
+        on_cpu: impl FnOnce(PreparedScene) -> Box<dyn InteractiveBackend>,
+    ) -> Result<Viewer, SessionError> {
+        let scene = unmuted_scene_of(&session).map_err(RenderError::from)?;
         let (renderer, reason): (Box<dyn InteractiveBackend>, _) = match chosen {
             Chosen::Cpu(reason) => (on_cpu(scene), Some(reason)),
             Chosen::Gpu(context) => match on_device(&context, scene) {
                 Ok(renderer) => (Box::new(renderer), None),
                 Err(error) if choice == BackendChoice::Auto => {
-                    let scene = unmuted_scene(&session).map_err(RenderError::from)?;
+                    let scene = unmuted_scene_of(&session).map_err(RenderError::from)?;
                     let reason = CpuReason::Failed(error.to_string());
                     (on_cpu(scene), Some(reason))
                 }
@@ -172,7 +178,7 @@ impl Viewer {
             return Ok(());
         }
         self.outdate_picture();
-        let scene = unmuted_scene(&self.session)?;
+        let scene = unmuted_scene_of(&self.session)?;
         self.renew_on(scene, |renderer, scene| renderer.set_device(context, scene))
     }
 
@@ -181,6 +187,7 @@ impl Viewer {
     /// # Errors
     /// As there.
     pub fn advance(&mut self, budget: Duration) -> Result<PictureProgress, RenderError> {
+        self.renderer.follow(&self.session);
         let progress = self.renderer.advance(budget)?;
         #[cfg(not(target_arch = "wasm32"))]
         {
@@ -216,7 +223,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
         session: Session,
         open: impl FnOnce(PreparedScene) -> Result<Box<B>, RenderError>,
     ) -> Result<Viewer<B>, RenderError> {
-        let scene = unmuted_scene(&session)?;
+        let scene = unmuted_scene_of(&session)?;
         Viewer::with(session, open(scene)?)
     }
 
@@ -637,7 +644,7 @@ impl<B: Backend + ?Sized> Viewer<B> {
 
     /// Puts the document on the renderer again.
     fn renew(&mut self) -> Result<(), RenderError> {
-        let scene = unmuted_scene(&self.session)?;
+        let scene = unmuted_scene_of(&self.session)?;
         self.renew_on(scene, B::set_scene)
     }
 
@@ -668,12 +675,20 @@ impl<B: Backend + ?Sized> Viewer<B> {
     }
 }
 
-/// The scene of the document. Shadow maps are planned for the lights as the set has them, so that
+/// `scene` of these files and this paint. Shadow maps are planned for the lights as the set has them, so that
 /// switching one off and on again, here or in the file, gives the same picture.
-fn unmuted_scene(session: &Session) -> Result<PreparedScene, SceneError> {
-    let mut prepared = session.prepared()?;
-    prepared.lights = session.assets().planned_lights(&session.scene().lights);
+pub(crate) fn unmuted_scene(
+    scene: &Scene,
+    assets: &Assets,
+    paint: Option<&Paint>,
+) -> Result<PreparedScene, SceneError> {
+    let mut prepared = PreparedScene::with_paint(scene, assets, paint)?;
+    prepared.lights = assets.planned_lights(&scene.lights);
     Ok(prepared)
+}
+
+fn unmuted_scene_of(session: &Session) -> Result<PreparedScene, SceneError> {
+    unmuted_scene(session.scene(), session.assets(), session.paint())
 }
 
 /// What draws `scene` on the device: by a visibility list, without samples.

@@ -16,7 +16,8 @@ use web_time::Instant;
 use crate::choice::BackendChoice;
 use crate::page::{self, words};
 use crate::session::Session;
-use crate::ui::{self, EventLog, Hosted, Launch};
+use crate::ui::{self, EventLog, Hosted, Launch, WorkerStart};
+use crate::worker::{Worker, files_of};
 use strandlight_scene::files::Files;
 use strandlight_scene::tables::DEFAULT_FILE;
 
@@ -36,7 +37,8 @@ fn object(json: &str) -> Result<Map<String, Value>, JsError> {
 }
 
 /// Opens the scene at the address `scene` in `canvas`, drawn by `renderer` (`auto`, `gpu`, `cpu`), with
-/// the tables at the address `tables` where the scene names none. `tell` is called with the name of
+/// the tables at the address `tables` where the scene names none. `start_worker` answers a JavaScript `Worker` with a
+/// [`PageWorker`], which draws where no GPU does; where it throws, the page draws. `tell` is called with the name of
 /// what happens and JSON: `say` with text to show in place of the canvas, the empty text when there
 /// is a picture, and events of the log.
 ///
@@ -49,6 +51,7 @@ pub async fn open(
     tables: String,
     renderer: String,
     has_panel: bool,
+    start_worker: Function,
     tell: Function,
 ) -> Result<View, JsError> {
     page::set_tell(Some(tell));
@@ -66,6 +69,7 @@ pub async fn open(
     let (path, files) = fetched(&scene, &tables).await.map_err(refused)?;
     let launch = Launch {
         name: path.display().to_string(),
+        worker: WorkerStart::new(start_worker, path.clone(), files.clone()),
         open: Box::new(move || Session::open_in(&path, files)),
         choice,
         size: None,
@@ -166,6 +170,38 @@ impl View {
     }
 }
 
+/// What draws in a worker: it has an instance of the program to itself, and no page.
+#[wasm_bindgen]
+#[derive(Default)]
+pub struct PageWorker(Worker);
+
+#[wasm_bindgen]
+impl PageWorker {
+    /// Draws nothing yet.
+    #[wasm_bindgen(constructor)]
+    pub fn new() -> PageWorker {
+        std::panic::set_hook(Box::new(|info| {
+            web_sys::console::error_1(&info.to_string().into());
+        }));
+        PageWorker::default()
+    }
+
+    /// Takes a message of the page.
+    pub fn take(&mut self, message: &[u8]) {
+        self.0.take(message);
+    }
+
+    /// Goes on with the picture; answers a message for the page, if there is something new.
+    pub fn work(&mut self) -> Option<Uint8Array> {
+        self.0.work().map(|message| Uint8Array::from(&message[..]))
+    }
+
+    /// Is there something to do?
+    pub fn is_working(&self) -> bool {
+        self.0.is_working()
+    }
+}
+
 /// The scene at the address `scene`, by a path that is seen from its folder, and the files that it
 /// names.
 async fn fetched(scene: &str, tables: &str) -> Result<(PathBuf, Files), WebError> {
@@ -173,23 +209,17 @@ async fn fetched(scene: &str, tables: &str) -> Result<(PathBuf, Files), WebError
     let bytes = fetch(&path, scene).await?;
     let read = Scene::from_bytes(&bytes, &path)?;
     let mut files = vec![(path.clone(), bytes)];
-    let own = read.tables_path();
-    if own.is_none() {
-        files.push((
-            DEFAULT_FILE.into(),
-            fetch(Path::new(DEFAULT_FILE), tables).await?,
-        ));
-    }
-    let mut names: Vec<PathBuf> = own.into_iter().collect();
-    names.extend([read.groom_path(), read.lights_path()]);
+    let mut names = files_of(&read);
     names.extend(read.frame_paths());
-    names.extend(read.lut_path());
-    names.extend(read.seen_panorama_path());
-    names.extend(read.mesh_paths().into_iter().map(|(_, path)| path));
     names.sort();
     names.dedup();
     for name in names {
-        let bytes = fetch(&name, &beside(scene, &name)?).await?;
+        let is_default = read.tables_path().is_none() && name == Path::new(DEFAULT_FILE);
+        let address = match is_default {
+            true => tables.to_owned(),
+            false => beside(scene, &name)?,
+        };
+        let bytes = fetch(&name, &address).await?;
         files.push((name, bytes));
     }
     Ok((path, Files::in_memory(files)))

@@ -168,6 +168,7 @@ macro_rules! hair_params {
         /// Parameters of one hair fibre (Xu 2011 Table 1). All angles in radians; ranges are
         /// those of [`Parameter::range`].
         #[derive(Clone, Copy, Debug, PartialEq)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
         pub struct HairParams {
             $($(#[$doc])* pub $field: hair_params!(@type $shape),)*
             /// The fibre model.

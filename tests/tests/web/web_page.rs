@@ -97,6 +97,13 @@ const WATCH: &str = "
         const device = await request.apply(this, options);
         devices.push(device);
         return device;
+    };
+    globalThis.n_workers = 0;
+    globalThis.Worker = class extends Worker {
+        constructor(...options) {
+            super(...options);
+            n_workers += 1;
+        }
     };";
 
 /// Left, top, right and bottom of a control in the page.
@@ -204,6 +211,7 @@ fn a_page_edits_paints_keeps_and_carries_on() {
     let again = picture(&mut browser, "web-lost").difference(&painted);
     println!("after a lost device: {again:.3} levels");
     assert!(again < 0.05, "{again} levels");
+    assert_eq!(browser.evaluate("n_workers"), 0);
     // Saved as it is, it is left without a question.
     assert!(!browser.reload(false));
     browser.wait_for("globalThis.devices?.length === 1");
@@ -254,13 +262,31 @@ fn fingers_and_pens_paint_as_hard_as_they_press() {
     assert_eq!(browser.console, Vec::<String>::new());
 }
 
+/// Keeps the workers that the page starts.
+const WATCH_WORKERS: &str = "
+    globalThis.strandview_log = [];
+    globalThis.workers = [];
+    globalThis.Worker = class extends Worker {
+        answers = 0;
+        constructor(...options) {
+            super(...options);
+            workers.push(this);
+            this.addEventListener('message', () => (this.answers += 1));
+        }
+    };";
+
 #[test]
 fn without_webgpu_the_cpu_draws_the_page() {
     let folder = page();
     let mut browser = Browser::start(WITHOUT_WEBGPU, SIZE);
-    browser.before_pages("globalThis.strandview_log = [];");
-    browser.go(&serve(folder));
+    browser.before_pages(WATCH_WORKERS);
+    let address = serve(folder);
+    browser.go(&address);
     browser.wait_for(&is_done(true));
+    assert_eq!(browser.evaluate("workers.length"), 1);
+    let n_answers = |browser: &mut Browser| browser.evaluate("workers[0].answers").as_u64();
+    let n_opened = n_answers(&mut browser);
+    assert!(n_opened > Some(1), "{n_opened:?}");
     let log = browser.evaluate("strandview_log.find(line => line.includes('\"renderer\"'))");
     let line: serde_json::Value =
         serde_json::from_str(log.as_str().unwrap_or_default()).expect("the renderer is logged");
@@ -299,7 +325,35 @@ fn without_webgpu_the_cpu_draws_the_page() {
         undone = look(browser, "web-cpu-turned").part(extent);
         undone.difference(&opened) > 4.0
     });
+    assert!(n_answers(&mut browser) > n_opened);
     assert_eq!(browser.console, Vec::<String>::new());
+
+    // Where there are no workers the page draws the same.
+    browser
+        .before_pages("globalThis.Worker = class { constructor() { throw Error('not here'); } };");
+    browser.go(&address);
+    browser.wait_for(&is_done(true));
+    let alone = look(&mut browser, "web-cpu-alone").part(extent);
+    assert_eq!(alone.difference(&opened), 0.0);
+    let warned = ["strandview: the page draws without a worker: not here".to_owned()];
+    assert_eq!(browser.console, warned);
+    // So it does where the worker has an end.
+    browser.before_pages(
+        "globalThis.Worker = class extends EventTarget {
+            postMessage() { this.onerror?.({ preventDefault() {}, message: 'it broke' }); }
+            terminate() {}
+        };
+        Object.defineProperty(Worker, Symbol.hasInstance, { value: () => true });",
+    );
+    browser.go(&address);
+    browser.wait_for(&is_done(true));
+    let alone = look(&mut browser, "web-cpu-ended").part(extent);
+    assert_eq!(alone.difference(&opened), 0.0);
+    let warning = &browser.console[1..];
+    assert_eq!(
+        warning,
+        ["strandview: the page draws without a worker: it broke"]
+    );
 }
 
 /// Keeps how many milliseconds after each input the page hears of it, and the frame after it is over: when the next one begins.

@@ -14,8 +14,14 @@ use super::screen::Screen;
 use super::splash::Splash;
 use super::workspace::Workspace;
 use crate::choice::BackendChoice;
+#[cfg(target_arch = "wasm32")]
+use crate::interactive::InteractiveBackend;
 use crate::session::Session;
 use crate::viewer::Viewer;
+#[cfg(target_arch = "wasm32")]
+use crate::worker::{PageLink, WorkerRenderer};
+#[cfg(target_arch = "wasm32")]
+use strandlight_cpu::InteractiveRenderer;
 use strandlight_render::gpu::GpuError;
 
 /// Sent to the event loop.
@@ -28,6 +34,9 @@ pub enum Sent {
     /// The page wants the window no more.
     #[cfg(target_arch = "wasm32")]
     Close,
+    /// A worker has answered.
+    #[cfg(target_arch = "wasm32")]
+    Answered,
 }
 
 /// The program with a window.
@@ -139,21 +148,47 @@ impl App {
         }
         #[cfg(target_arch = "wasm32")]
         {
-            let (open, rest) = launch.parts();
-            self.show(window, screen, rest, open()?)
+            let (open, mut rest) = launch.parts();
+            // The worker opens the scene in step with this.
+            let is_on_cpu = screen.context().is_none();
+            let link = is_on_cpu.then(|| self.start_worker(&mut rest)).flatten();
+            let session = open()?;
+            self.show(window, screen, rest, session, link)
         }
     }
 
-    /// Shows a document that was read.
+    /// Starts what draws without a GPU, if that was not tried before and the browser lets it.
+    #[cfg(target_arch = "wasm32")]
+    fn start_worker(&self, launch: &mut Rest) -> Option<PageLink> {
+        let proxy = self.proxy.clone();
+        launch.worker.take()?.start(move || {
+            // A loop that is gone has nothing to show.
+            let _ = proxy.send_event(Sent::Answered);
+        })
+    }
+
+    /// Shows a document that was read; in a page, drawn by what `link` leads to where no GPU draws.
     fn show(
         &mut self,
         window: Arc<Window>,
         screen: Screen,
         mut launch: Rest,
         session: Session,
+        #[cfg(target_arch = "wasm32")] link: Option<PageLink>,
     ) -> Result<(), Failure> {
         let choice = launch.choice;
+        #[cfg(not(target_arch = "wasm32"))]
         let viewer = Viewer::choose(choice, screen.chosen(choice)?, session)?;
+        #[cfg(target_arch = "wasm32")]
+        let viewer = {
+            let on_cpu = |scene| -> Box<dyn InteractiveBackend> {
+                match link.or_else(|| self.start_worker(&mut launch)) {
+                    Some(link) => Box::new(WorkerRenderer::new(scene, Box::new(link))),
+                    None => Box::new(InteractiveRenderer::new(scene)),
+                }
+            };
+            Viewer::choose_from(choice, screen.chosen(choice)?, session, on_cpu)?
+        };
         let reason = viewer.cpu_reason().map(ToString::to_string);
         let renderer = serde_json::json!({ "name": viewer.renderer().name(), "reason": reason });
         launch.log.write("renderer", renderer);
@@ -258,6 +293,9 @@ impl ApplicationHandler<Sent> for App {
             }
             #[cfg(target_arch = "wasm32")]
             Sent::Close => return self.end(event_loop, None),
+            // It is taken up before the loop waits.
+            #[cfg(target_arch = "wasm32")]
+            Sent::Answered => return,
         };
         if let Err(failure) = opened.and_then(|screen| self.open_scene(screen)) {
             self.end(event_loop, Some(failure));

@@ -10,6 +10,8 @@ use crate::opening::CannotOpen;
 use crate::session::Session;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::work::Work;
+#[cfg(target_arch = "wasm32")]
+use crate::worker::{PageLink, send_ahead};
 use strandlight_render::gpu::GpuError;
 
 /// Opens the scene of a window, while that shows how far it is.
@@ -42,6 +44,46 @@ pub struct Launch {
     /// Shows bar, panel and status line, or the picture alone.
     #[cfg(target_arch = "wasm32")]
     pub has_panel: bool,
+    /// Starts what draws without a GPU.
+    #[cfg(target_arch = "wasm32")]
+    pub worker: WorkerStart,
+}
+
+/// How a page starts the worker that draws without a GPU, and what it draws.
+#[cfg(target_arch = "wasm32")]
+pub struct WorkerStart {
+    start: js_sys::Function,
+    path: std::path::PathBuf,
+    files: strandlight_scene::files::Files,
+}
+
+#[cfg(target_arch = "wasm32")]
+impl WorkerStart {
+    /// `start` answers a worker, or throws; the scene is at `path` in `files`.
+    pub fn new(
+        start: js_sys::Function,
+        path: std::path::PathBuf,
+        files: strandlight_scene::files::Files,
+    ) -> WorkerStart {
+        WorkerStart { start, path, files }
+    }
+
+    /// A worker that prepares the scene, whose answers call `wake`; none where the browser refuses, which it is told.
+    pub(super) fn start(self, wake: impl Fn() + Clone + 'static) -> Option<PageLink> {
+        use wasm_bindgen::JsCast;
+
+        let refused = |reason: &str| {
+            let text = format!("strandview: the page draws without a worker: {reason}");
+            web_sys::console::warn_1(&text.into());
+        };
+        let started = self.start.call0(&wasm_bindgen::JsValue::NULL);
+        let started = started.and_then(|worker| worker.dyn_into::<web_sys::Worker>());
+        let worker = started.map_err(|error| refused(&crate::page::words(&error)));
+        let mut link = PageLink::new(worker.ok()?, wake);
+        let sent = send_ahead(&mut link, &self.path, &self.files);
+        sent.map_err(|error| refused(&error.to_string())).ok()?;
+        Some(link)
+    }
 }
 
 /// What is left of a launch while its scene is read.
@@ -57,6 +99,8 @@ pub(super) struct Rest {
     pub name: String,
     #[cfg(target_arch = "wasm32")]
     pub has_panel: bool,
+    #[cfg(target_arch = "wasm32")]
+    pub worker: Option<WorkerStart>,
 }
 
 impl Launch {
@@ -70,6 +114,8 @@ impl Launch {
             name: self.name,
             #[cfg(target_arch = "wasm32")]
             has_panel: self.has_panel,
+            #[cfg(target_arch = "wasm32")]
+            worker: Some(self.worker),
         };
         (self.open, rest)
     }

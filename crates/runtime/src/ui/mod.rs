@@ -68,6 +68,8 @@ mod workspace;
 pub use hosted::{Hosted, HostedError};
 #[cfg(not(target_arch = "wasm32"))]
 pub use job::sample;
+#[cfg(target_arch = "wasm32")]
+pub use launch::WorkerStart;
 pub use launch::{Failure, Launch, Open};
 pub use log::EventLog;
 

@@ -313,7 +313,8 @@ impl Workspace {
         let next = [
             self.wake,
             self.document.next_poll(),
-            self.is_between_frames.then_some(now),
+            // A worker wakes its page.
+            (self.is_between_frames && cfg!(not(target_arch = "wasm32"))).then_some(now),
         ];
         next.into_iter().flatten().min()
     }
@@ -416,10 +417,9 @@ impl Workspace {
         (output, is_busy)
     }
 
-    /// Is the picture worked on without a frame, in a thread? A device has to show what it drew, and a page draws only in
-    /// frames.
+    /// Is the picture worked on without a frame, in a thread or a worker? A device has to show what it drew.
     pub(super) fn works_between_frames(&self) -> bool {
-        cfg!(not(target_arch = "wasm32")) && self.viewer.renderer().device().is_none()
+        self.viewer.renderer().works_alone()
     }
 
     /// Waits a little between two frames for what is new of the picture, and asks for the next one when there is something
@@ -429,7 +429,10 @@ impl Workspace {
         self.advance(BUDGET_BETWEEN);
         let is_new = shown != (self.progress, self.viewer.display().version());
         let is_due = self.last_frame.elapsed() > LONGEST_FRAME;
-        if is_new || is_due || self.progress.is_done || self.is_stuck || self.is_outdated {
+        // A worker may have ended.
+        let is_left = !self.works_between_frames();
+        if is_new || is_due || is_left || self.progress.is_done || self.is_stuck || self.is_outdated
+        {
             self.is_between_frames = false;
             self.is_to_be_painted = is_new;
             self.window.request_redraw();

@@ -3,13 +3,19 @@
 use std::num::NonZeroU32;
 use std::sync::Arc;
 
-use softbuffer::{SoftBufferError, Surface};
 use winit::window::Window;
+
+#[cfg(target_arch = "wasm32")]
+use super::canvas::{CanvasError as SurfaceError, Surface};
 
 use super::painted::Painted;
 use super::painter::{Frame, Painter};
+#[cfg(not(target_arch = "wasm32"))]
+use super::surface::Surface;
 use crate::choice::CpuReason;
 use crate::interactive::Display;
+#[cfg(not(target_arch = "wasm32"))]
+use softbuffer::SoftBufferError as SurfaceError;
 
 /// Longest side of a texture.
 pub const MAX_SIDE: u32 = 16384;
@@ -20,7 +26,7 @@ const PICTURE: egui::TextureId = egui::TextureId::User(0);
 /// A surface, and what paints on it.
 pub struct MemoryScreen {
     window: Arc<Window>,
-    surface: Surface<Arc<Window>, Arc<Window>>,
+    surface: Surface,
     size: Option<[NonZeroU32; 2]>,
     painter: Painter,
     /// Version of the picture that the painter has.
@@ -33,10 +39,9 @@ impl MemoryScreen {
     ///
     /// # Errors
     /// A display that takes no pictures from memory.
-    pub fn open(window: Arc<Window>, reason: CpuReason) -> Result<MemoryScreen, SoftBufferError> {
-        let context = softbuffer::Context::new(window.clone())?;
+    pub fn open(window: Arc<Window>, reason: CpuReason) -> Result<MemoryScreen, SurfaceError> {
         Ok(MemoryScreen {
-            surface: Surface::new(&context, window.clone())?,
+            surface: Surface::open(&window)?,
             window,
             size: None,
             painter: Painter::default(),
@@ -89,25 +94,25 @@ impl MemoryScreen {
         &mut self,
         jobs: &[egui::ClippedPrimitive],
         pixels_per_point: f32,
-    ) -> Result<Painted, SoftBufferError> {
+    ) -> Result<Painted, SurfaceError> {
         let size = self.window.inner_size();
         let sides = [size.width, size.height].map(|side| NonZeroU32::new(side.min(MAX_SIDE)));
         let [Some(width), Some(height)] = sides else {
             return Ok(Painted::Hidden);
         };
         if self.size != Some([width, height]) {
-            self.surface.resize(width, height)?;
+            self.surface.resize([width, height])?;
             self.size = Some([width, height]);
         }
-        let mut pixels = self.surface.buffer_mut()?;
-        pixels.fill(0);
-        let mut frame = Frame {
-            pixels: &mut pixels,
-            size: [width.get() as usize, height.get() as usize],
-        };
-        self.painter.paint(&mut frame, jobs, pixels_per_point);
-        self.window.pre_present_notify();
-        pixels.present()?;
+        let (painter, window) = (&self.painter, &self.window);
+        self.surface.present(|pixels| {
+            let mut frame = Frame {
+                pixels,
+                size: [width.get() as usize, height.get() as usize],
+            };
+            painter.paint(&mut frame, jobs, pixels_per_point);
+            window.pre_present_notify();
+        })?;
         Ok(Painted::Presented)
     }
 }

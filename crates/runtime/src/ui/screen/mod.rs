@@ -1,9 +1,13 @@
 //! What is presented to the window: drawn by a device, or in memory where there is no GPU.
 
+#[cfg(target_arch = "wasm32")]
+mod canvas;
 mod device;
 mod memory;
 mod painted;
 mod painter;
+#[cfg(not(target_arch = "wasm32"))]
+mod surface;
 
 use std::sync::Arc;
 

@@ -233,7 +233,10 @@ fn fill(frame: &mut Frame<'_>, clip: Clip, texture: &Texture, corners: [Corner; 
             let start = row * texture.size[0] + values[0].max(0.0) as usize;
             let texels = texture.texels.get(start..).unwrap_or_default();
             for (pixel, texel) in pixels.iter_mut().zip(texels) {
-                blend(pixel, texel.to_array().map(u32::from));
+                match texel.to_array().map(u32::from) {
+                    [r, g, b, 255] => *pixel = r << 16 | g << 8 | b,
+                    color => blend(pixel, color),
+                }
             }
         } else {
             for pixel in pixels {

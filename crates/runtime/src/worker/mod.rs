@@ -1,0 +1,44 @@
+//! The CPU renderer in a worker of a web page, so that the page answers input whatever is being computed.
+//!
+//! The viewer has a [`WorkerRenderer`]; in the worker another instance of the program has a [`Worker`]. They share
+//! no memory, which would take headers of the server that most do not send: files and edits go there as messages, pictures
+//! come back. What the setters of a [`Backend`](strandlight_scene::Backend) are told is sent as it is; what is made of
+//! files (proxies, the display transform, the map behind the hair) the worker makes itself, of the same files.
+
+mod message;
+#[cfg(target_arch = "wasm32")]
+mod page_link;
+mod renderer;
+#[cfg(test)]
+mod tests;
+mod work;
+
+use strandlight_scene::{RenderError, SceneError};
+
+use message::MessageError;
+#[cfg(target_arch = "wasm32")]
+pub use page_link::PageLink;
+#[cfg(target_arch = "wasm32")]
+pub use renderer::files_of;
+pub use renderer::{Link, WorkerRenderer, send_ahead};
+pub use work::Worker;
+
+/// Why a page has to draw without a worker.
+#[derive(Debug, thiserror::Error)]
+pub enum WorkerError {
+    /// A message that cannot be made or read.
+    #[error(transparent)]
+    Message(#[from] MessageError),
+    /// A file that cannot be read.
+    #[error(transparent)]
+    File(#[from] strandlight_formats::Error),
+    /// A scene that cannot be drawn.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// An edit that cannot be drawn.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// The worker ended, or never began.
+    #[error("{0}")]
+    Failed(String),
+}
