@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use js_sys::{Array, Uint8Array};
 use wasm_bindgen::prelude::*;
-use web_sys::{ErrorEvent, MessageEvent};
+use web_sys::{Event, MessageEvent};
 
 use super::Link;
 
@@ -18,7 +18,7 @@ pub struct PageLink {
     worker: web_sys::Worker,
     inbox: Inbox,
     _on_message: Closure<dyn Fn(MessageEvent)>,
-    _on_error: Closure<dyn Fn(ErrorEvent)>,
+    _on_error: Closure<dyn Fn(Event)>,
 }
 
 impl PageLink {
@@ -41,13 +41,12 @@ impl PageLink {
                 None => Ok(Uint8Array::new(&data).to_vec()),
             });
         });
-        let on_error = Closure::<dyn Fn(ErrorEvent)>::new(move |event: ErrorEvent| {
+        let on_error = Closure::<dyn Fn(Event)>::new(move |event: Event| {
             event.prevent_default();
-            let said = event.message();
-            put_error(Err(match said.is_empty() {
-                true => "the worker cannot be loaded".to_owned(),
-                false => said,
-            }));
+            // Of a worker that could not be loaded it says nothing.
+            let said = js_sys::Reflect::get(&event, &"message".into());
+            let said = said.ok().and_then(|said| said.as_string());
+            put_error(Err(said.unwrap_or_else(|| "it cannot be loaded".to_owned())));
         });
         worker.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
         worker.set_onerror(Some(on_error.as_ref().unchecked_ref()));
