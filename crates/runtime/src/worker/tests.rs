@@ -244,7 +244,7 @@ const STEPS: [Step; 21] = [
     ),
     ("paint", |v| flood(v, [0.9, 0.2, 0.1]), &["Paint"]),
     ("more paint", |v| flood(v, [0.1, 0.2, 2.0]), &["Paint"]),
-    ("undone", |v| drop(v.undo().expect("drawable")), &["Paint"]),
+    ("undone", undo, &["Paint"]),
     (
         "another groom",
         |v| set(v, json!({ "groom.file": "taller.groom" })),
@@ -252,7 +252,7 @@ const STEPS: [Step; 21] = [
     ),
     (
         "groom undone",
-        |v| drop(v.undo().expect("drawable")),
+        undo,
         &["Document", "LightColors", "Camera", "Size"],
     ),
     (
@@ -264,6 +264,10 @@ const STEPS: [Step; 21] = [
         &["Document", "LightColors", "Camera", "Wind", "Size", "Wind"],
     ),
 ];
+
+fn undo(viewer: &mut Viewer) {
+    viewer.undo().expect("drawable");
+}
 
 fn flood(viewer: &mut Viewer, sigma_a: [f32; 3]) {
     let brush = Brush {
