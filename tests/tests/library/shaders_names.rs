@@ -7,9 +7,10 @@ use std::path::Path;
 use strandlight_tests::project_root;
 
 /// Functions that exist in WGSL alone; `shaders/README.md` says what stands for them in Rust.
-const WGSL_ONLY: [&str; 12] = [
+const WGSL_ONLY: [&str; 13] = [
     "direction_in_frame",
     "h_column",
+    "is_elliptic",
     "is_energy",
     "light_in_frame",
     "lobes_trt_at",
