@@ -26,7 +26,7 @@ const WGSL_ONLY: [&str; 13] = [
 /// Names of the functions that `text` defines at its outermost level, in order.
 fn functions(text: &str) -> Vec<String> {
     let name = |line: &str| {
-        let line = ["pub ", "pub(crate) "]
+        let line = ["pub ", "pub(crate) ", "pub(super) "]
             .iter()
             .find_map(|prefix| line.strip_prefix(prefix))
             .unwrap_or(line);

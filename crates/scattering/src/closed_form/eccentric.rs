@@ -11,7 +11,12 @@
 //! another part of a step, in proportion to its own place, which costs nothing and leaves a third
 //! of it. Moved so, nothing jumps where the number of outer nodes changes.
 //!
-//! MEASURED
+//! Relative RMSE of TRT in Eq 11, a in 0.8..1.25, lambda in 0.1..1.2: 1.7 %, where one index for
+//! each light, averaged over light and bump, has 7.0 %. Of inner integrals as three outer nodes
+//! weigh them 1.7 to 1.9 % on different draws (one index 7.7 to 10 %), where an index at every
+//! azimuth, which is what the lobes allow, has 1.5 %. Of half circles of light 2.2 to 2.5 % (9.6
+//! to 11 %). Error that is left next to a round fibre, whose integrals are closed, is that of the
+//! nodes, some 1 %.
 
 use super::fibre::Fibre;
 use super::frame::{DirectionInFrame, Lag};

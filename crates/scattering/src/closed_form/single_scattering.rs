@@ -4,8 +4,9 @@
 //! Each mode is integrated over theta_i by the nodes of [`super::outer_integral`]; at a node the
 //! integral over azimuth is R's polynomial on the table C, or TT's and TRT's lobes. With the
 //! default nodes that is at most 8 inner integrals and 13 fetches a light: one of C for each
-//! node of R, two 16-byte texels of the lobe texture for each of TT and TRT. An elliptic fibre
-//! reads as often, TRT's fetches being bilinear. Of model `energy` ([`super::fisher_lobe`]) TT and TRT read
+//! node of R, two 16-byte texels of the lobe texture for each of TT and TRT. TRT of an
+//! elliptic fibre is a sum over eight azimuths at a node, each with a bilinear fetch
+//! ([`super::eccentric`]). Of model `energy` ([`super::fisher_lobe`]) TT and TRT read
 //! once for all nodes.
 
 use core::f32::consts::{FRAC_1_SQRT_2, PI};

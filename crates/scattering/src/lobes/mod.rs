@@ -325,6 +325,99 @@ mod tests {
         assert!(half_circles < 0.028, "{half_circles}");
     }
 
+    /// TRT of Eq 11 of elliptic fibres against the exact integral, which takes minutes:
+    /// `cargo test -p strandlight-scattering --lib single_scattering_of_elliptic -- --ignored --nocapture`.
+    #[test]
+    #[ignore = "measures"]
+    fn single_scattering_of_elliptic_fibres_is_near_the_exact_one() {
+        use crate::PerLobe;
+        use crate::closed_form::{
+            DirectionInFrame, Fibre, LightInFrame, Reflectance, Shading, Tables,
+            single_scattering_mode,
+        };
+        use crate::exact::{Light, View, single};
+        let reflectance = Reflectance::new(Fresnel::Dielectric, 1.55);
+        for (least, n) in [(0.8, 1000), (0.5, 200)] {
+            let axes = LobeAxes {
+                eta: Axis {
+                    count: 12,
+                    max: if least < 0.7 { 6.0 } else { 2.5 },
+                    ..LOBE_ETA
+                },
+                alpha: Axis {
+                    count: 48,
+                    ..LOBE_ALPHA
+                },
+                ..LobeAxes::default()
+            };
+            let table = LobeTable::fit(Lobe::Trt, Fresnel::Dielectric, axes, 4);
+            let mut random = crate::random::SplitMix64(41);
+            let mut sums = [[0.0f64; 2]; 2];
+            for _ in 0..n {
+                let degree = std::f64::consts::PI / 180.0;
+                let shift = -random.uniform(2.0, 8.0) * degree;
+                let width = random.uniform(4.0, 12.0) * degree * std::f64::consts::SQRT_2;
+                let hair = HairParams {
+                    eta: random.uniform(1.45, 1.65),
+                    sigma_a: [random.log_uniform(0.03, 2.0); 3],
+                    caustic_width: random.uniform(0.08, 0.3),
+                    eccentricity: random.log_uniform(least, 1.0 / least),
+                    shift: PerLobe {
+                        r: shift,
+                        tt: -0.5 * shift,
+                        trt: -1.5 * shift,
+                    },
+                    width: PerLobe {
+                        r: width,
+                        tt: 0.5 * width,
+                        trt: 2.0 * width,
+                    },
+                    ..HairParams::default()
+                };
+                let theta_o = random.uniform(-0.95, 0.95).asin();
+                let lambda = random.log_uniform(0.1, 1.2);
+                let reach = lambda + 2.0 * width;
+                let theta_j = (-theta_o + reach * random.uniform(-1.0, 1.0)).clamp(-1.3, 1.3);
+                let (phi_j, phi_o) = (random.uniform(-3.1, 3.1), random.uniform(-3.1, 3.1));
+                let light = Light {
+                    theta: theta_j,
+                    phi: phi_j,
+                    lambda,
+                };
+                let view = View {
+                    theta: theta_o,
+                    phi: phi_o,
+                };
+                let [exact, ..] = single(Lobe::Trt, light, view, &hair, Fresnel::Dielectric);
+                let texture = slice_mode(&table, &hair, DEFAULT_LOBE_TEXELS);
+                let shading = Shading {
+                    fibre: &Fibre::new(&hair, &Lobe::ALL, 4).unwrap(),
+                    tables: Tables {
+                        c: &[],
+                        h_tt: &[],
+                        h_trt: &[],
+                        axes: bytemuck::Zeroable::zeroed(),
+                    },
+                    reflectance: &reflectance,
+                    tt: texture.view(),
+                    trt: texture.view(),
+                };
+                let light = LightInFrame::from_angles(theta_j as f32, phi_j as f32, lambda as f32);
+                let view = DirectionInFrame::from_angles(theta_o as f32, phi_o as f32);
+                let found = f64::from(single_scattering_mode(2, &light, &view, &shading)[0]);
+                for (ix, sums) in sums.iter_mut().enumerate() {
+                    if ix == 0 || lambda < 0.3 {
+                        sums[0] += (found - exact).powi(2);
+                        sums[1] += exact * exact;
+                    }
+                }
+            }
+            let [all, narrow] = sums.map(|[error, norm]| (error / norm).sqrt());
+            println!("a from {least}: {all:.4}, lambda below 0.3: {narrow:.4}");
+            assert!(least < 0.7 || all < 0.02, "{all}");
+        }
+    }
+
     /// Between rows and where one row takes over nothing jumps.
     #[test]
     fn elliptic_fibres_become_circular_smoothly() {
