@@ -16,6 +16,8 @@ const AZIMUTH_STRETCH: f32 = 2.3;
 // By how much of that they are moved for an outer node at u = 1, and at most.
 const AZIMUTH_SHEAR: f32 = 0.207;
 const AZIMUTH_SHEAR_MAX: f32 = 0.2875;
+// Sine of the lag from which on they are moved by all of that, under 1.
+const AZIMUTH_SIDE: f32 = 4.0;
 // Nodes in azimuth: sinh(a t) / sinh(a), cosh(a t) / sinh(a).
 const AZIMUTHS: array<vec2f, 8> = array<vec2f, 8>(
     vec2f(-0.74421734, 0.77128947),
@@ -73,9 +75,11 @@ fn half_angle(x: f32, y: f32, length: f32) -> vec2f {
     return vec2f(select(large, -large, y < 0.0), abs(small));
 }
 
-// cosh and sinh of how far the nodes in azimuth are moved for the node of the outer integral at u.
-fn moved(u: f32) -> vec2f {
-    let growth = exp(clamp(AZIMUTH_SHEAR * u, -AZIMUTH_SHEAR_MAX, AZIMUTH_SHEAR_MAX));
+// cosh and sinh of how far the nodes in azimuth are moved for the node of the outer integral at u;
+// sin_lag = sin(phi_j - phi_o).
+fn moved(u: f32, sin_lag: f32) -> vec2f {
+    let side = clamp(AZIMUTH_SIDE * sin_lag, -1.0, 1.0);
+    let growth = exp(clamp(AZIMUTH_SHEAR * u * side, -AZIMUTH_SHEAR_MAX, AZIMUTH_SHEAR_MAX));
     let cosh = 0.5 * (growth + 1.0 / growth);
     return vec2f(cosh, growth - cosh);
 }

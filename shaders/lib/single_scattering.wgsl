@@ -61,9 +61,12 @@ fn azimuthal_elliptic(
     let product = vec2f(AZIMUTH_BUMP + kappa * cos_lag, kappa * sin_lag);
     let kappa_3 = max(sqrt(product.x * product.x + product.y * product.y), 1e-6);
     let centre = half_angle(product.x, product.y, kappa_3);
+    let cosine = (lag.cos_view * product.x - lag.sin_view * product.y)
+        / (0.5 + sqrt(kappa_3 * kappa_3 + 2.25));
+    let mean = lobes_trt_at(trt, shading, eta_at(cosine, shading.fibre), cos_theta_d);
     let light = half_angle(kappa + AZIMUTH_BUMP * cos_lag, -AZIMUTH_BUMP * sin_lag, kappa_3);
     let reach = min(AZIMUTH_REACH / sqrt(kappa_3), PI);
-    let by = moved(u);
+    let by = moved(u, sin_lag);
     var total = vec3f(0.0);
     for (var ix = 0u; ix < 8u; ix++) {
         let node = moved_azimuth(ix, by);
@@ -75,9 +78,12 @@ fn azimuthal_elliptic(
         let from_light = light.x * cos_delta + light.y * sin_delta;
         let eta = eta_at_azimuth(lag, sin_half, cos_half, shading.fibre);
         let lobes = lobes_trt_at(trt, shading, eta, cos_theta_d);
-        total += node.y * height(kappa, from_light) * lobes_at_azimuth(lobes, sin_half, cos_half);
+        let value = lobes_at_azimuth(lobes, sin_half, cos_half);
+        let of_mean = lobes_at_azimuth(mean, sin_half, cos_half);
+        total += node.y * height(kappa, from_light) * (value - of_mean);
     }
-    return reach * (AZIMUTH_STRETCH / (8.0 * PI)) * total;
+    let closed = azimuthal_lobes(kappa, lag.sin_half, lag.cos_half, mean);
+    return max(closed + reach * (AZIMUTH_STRETCH / (8.0 * PI)) * total, vec3f(0.0));
 }
 
 // Sum over the enabled modes: the integral of the light of amplitude 1 against S cos(theta_i),

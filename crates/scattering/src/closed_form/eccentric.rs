@@ -1,22 +1,21 @@
 //! TRT of an elliptic fibre (Xu 2011 Eq 24 to 26). Twin: `shaders/lib/eccentric.wgsl`.
 //!
 //! TRT of an elliptic fibre has at every phi_i another index, eta* = mean + swing
-//! cos(phi_o + phi_i), so that its inner integral has no closed form. Here it is a sum over nodes
-//! in psi = phi_i - phi_o, each of which takes the lobes at its own index and multiplies them by
-//! the light. Light and N_TRT, a bump about psi = 0, are both small away from their product: nodes
-//! lie about that of the light and a circular Gaussian, `psi = centre + reach sinh(a t) / sinh(a)`
-//! for even t in -1..1.
+//! cos(phi_o + phi_i), so that its inner integral has no closed form. Here it is the closed form of
+//! one index plus the difference at nodes in psi = phi_i - phi_o, each of which takes the lobes at
+//! its own index and at the one, times the light. So a fibre next to a round one is as that, and
+//! what no node sees is not lost. Light and N_TRT, a bump about psi = 0, are both small away from
+//! their product: nodes lie about that of the light and a circular Gaussian, `psi = centre + reach
+//! sinh(a t) / sinh(a)` for even t in -1..1, and the one index is the mean over it.
 //!
 //! Nodes of the outer integral share the error of so few: each has its nodes in psi moved by
 //! another part of a step, in proportion to its own place, which costs nothing and leaves a third
 //! of it. Moved so, nothing jumps where the number of outer nodes changes.
 //!
-//! Relative RMSE of TRT in Eq 11, a in 0.8..1.25, lambda in 0.1..1.2: 1.7 %, where one index for
-//! each light, averaged over light and bump, has 7.0 %. Of inner integrals as three outer nodes
-//! weigh them 1.7 to 1.9 % on different draws (one index 7.7 to 10 %), where an index at every
-//! azimuth, which is what the lobes allow, has 1.5 %. Of half circles of light 2.2 to 2.5 % (9.6
-//! to 11 %). Error that is left next to a round fibre, whose integrals are closed, is that of the
-//! nodes, some 1 %.
+//! Relative RMSE of TRT in Eq 11, a in 0.8..1.25, lambda in 0.1..1.2: RMSE_WHOLE %, where one index for
+//! each light has 7.0 %. Of inner integrals as three outer nodes weigh them 1.7 % (one index 7.7
+//! to 10 % on different draws), where an index at every azimuth, which is what the lobes allow, has
+//! 1.5 %. Of half circles of light 2.7 % (9.6 to 11 %).
 
 use super::fibre::Fibre;
 use super::frame::{DirectionInFrame, Lag};
@@ -39,6 +38,10 @@ pub(crate) const AZIMUTH_STRETCH: f32 = 2.3;
 pub(crate) const AZIMUTH_SHEAR: f32 = 0.207;
 /// See [`AZIMUTH_SHEAR`].
 pub(crate) const AZIMUTH_SHEAR_MAX: f32 = 0.2875;
+
+/// Sine of the lag from which on they are moved by all of that, under 1: none at the view and
+/// opposite.
+pub(crate) const AZIMUTH_SIDE: f32 = 4.0;
 
 /// Nodes in azimuth, t = -7/8, -5/8, .. 7/8: sinh(a t) / sinh(a), cosh(a t) / sinh(a).
 pub(crate) const AZIMUTHS: [[f32; 2]; 8] = [
@@ -87,7 +90,7 @@ pub fn elliptic_lag(view: &DirectionInFrame, light: &DirectionInFrame, lag: &Lag
 }
 
 /// The index of an elliptic fibre where cos(phi_o + phi_i) is this `cosine`.
-fn eta_at(cosine: f32, fibre: &Fibre) -> f32 {
+pub(super) fn eta_at(cosine: f32, fibre: &Fibre) -> f32 {
     (fibre.eta_mean + fibre.eta_swing * cosine).clamp(fibre.eta.min(ETA_STAR_MIN), ETA_STAR_MAX)
 }
 
@@ -103,9 +106,11 @@ pub(super) fn half_angle(x: f32, y: f32, length: f32) -> [f32; 2] {
     }
 }
 
-/// cosh and sinh of how far the nodes in azimuth are moved for the node of the outer integral at `u`.
-pub(super) fn moved(u: f32) -> [f32; 2] {
-    let growth = (AZIMUTH_SHEAR * u)
+/// cosh and sinh of how far the nodes in azimuth are moved for the node of the outer integral at `u`;
+/// `sin_lag` = sin(phi_j - phi_o), whose sign keeps mirrored azimuths alike.
+pub(super) fn moved(u: f32, sin_lag: f32) -> [f32; 2] {
+    let side = (AZIMUTH_SIDE * sin_lag).clamp(-1.0, 1.0);
+    let growth = (AZIMUTH_SHEAR * u * side)
         .clamp(-AZIMUTH_SHEAR_MAX, AZIMUTH_SHEAR_MAX)
         .exp();
     let cosh = 0.5 * (growth + 1.0 / growth);
@@ -300,6 +305,29 @@ mod tests {
                         );
                     }
                     before = here;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn mirrored_azimuths_are_alike() {
+        let fibre = fibre(1.25);
+        for (phi_o, phi_j) in [(0.3, 0.9), (-2.8, 1.4), (3.0, -0.2), (1.2, 1.3)] {
+            for kappa in [0.3f32, 20.0] {
+                let both = [1.0, -1.0].map(|side| {
+                    let lag = lag_of(side * phi_o, side * phi_j);
+                    let one = azimuthal_elliptic(kappa, &lag, 1.0, 0.7, &fibre, &Turning)[0];
+                    [
+                        one,
+                        half_circle_elliptic(&lag, 1.0, 0.7, &fibre, &Turning)[0],
+                    ]
+                });
+                for (one, other) in both[0].into_iter().zip(both[1]) {
+                    assert!(
+                        (one - other).abs() < 1e-5 * one,
+                        "{phi_o} {phi_j} {one} {other}"
+                    );
                 }
             }
         }

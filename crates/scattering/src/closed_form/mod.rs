@@ -114,7 +114,8 @@ pub use width_profile::WidthProfile;
 pub(crate) use averages::LAST_INCLINATION;
 pub(crate) use constants::SQRT_PI;
 pub(crate) use eccentric::{
-    AZIMUTH_BUMP, AZIMUTH_REACH, AZIMUTH_SHEAR, AZIMUTH_SHEAR_MAX, AZIMUTH_STRETCH, AZIMUTHS,
+    AZIMUTH_BUMP, AZIMUTH_REACH, AZIMUTH_SHEAR, AZIMUTH_SHEAR_MAX, AZIMUTH_SIDE, AZIMUTH_STRETCH,
+    AZIMUTHS,
 };
 pub(crate) use fisher::{FISHER_CLAMP, FISHER_SPREAD, INVERSE_FISHER_CLAMP};
 pub(crate) use frame::COS_THETA_D_MIN;

@@ -5,16 +5,16 @@
 //! integral over azimuth is R's polynomial on the table C, or TT's and TRT's lobes. With the
 //! default nodes that is at most 8 inner integrals and 13 fetches a light: one of C for each
 //! node of R, two 16-byte texels of the lobe texture for each of TT and TRT. TRT of an
-//! elliptic fibre is a sum over eight azimuths at a node, each with a bilinear fetch
+//! elliptic fibre has nine bilinear fetches at a node, for one index and for eight azimuths
 //! ([`super::eccentric`]). Of model `energy` ([`super::fisher_lobe`]) TT and TRT read
 //! once for all nodes.
 
 use core::f32::consts::{FRAC_1_SQRT_2, PI};
 
-use super::azimuthal::{azimuthal_trt, azimuthal_tt};
+use super::azimuthal::{azimuthal_lobes, azimuthal_trt, azimuthal_tt};
 use super::azimuthal_r::{Reflectance, azimuthal_r};
 use super::eccentric::{
-    AZIMUTH_BUMP, AZIMUTH_REACH, AZIMUTH_STRETCH, AZIMUTHS, EllipticLag, elliptic_lag,
+    AZIMUTH_BUMP, AZIMUTH_REACH, AZIMUTH_STRETCH, AZIMUTHS, EllipticLag, elliptic_lag, eta_at,
     eta_at_azimuth, half_angle, height, lobes_at_azimuth, moved, moved_azimuth,
 };
 use super::fibre::{Fibre, MODE_R};
@@ -62,10 +62,13 @@ pub fn azimuthal_elliptic(
     let (x, y) = (AZIMUTH_BUMP + kappa * cos_lag, kappa * sin_lag);
     let kappa_3 = (x * x + y * y).sqrt().max(1e-6);
     let [sin_centre, cos_centre] = half_angle(x, y, kappa_3);
+    // Lobes at the mean index over the product, whose integral is closed; I_1(k) / (k I_0(k)) to 5 %.
+    let cosine = (lag.cos_view * x - lag.sin_view * y) / (0.5 + (kappa_3 * kappa_3 + 2.25).sqrt());
+    let mean = trt.lobes_at(eta_at(cosine, fibre), cos_theta_d);
     let (x, y) = (kappa + AZIMUTH_BUMP * cos_lag, -AZIMUTH_BUMP * sin_lag);
     let [sin_light, cos_light] = half_angle(x, y, kappa_3);
     let reach = (AZIMUTH_REACH / kappa_3.sqrt()).min(PI);
-    let by = moved(u);
+    let by = moved(u, sin_lag);
     let mut total = [0.0f32; 3];
     for node in AZIMUTHS {
         let [at, dense] = moved_azimuth(node, by);
@@ -78,13 +81,15 @@ pub fn azimuthal_elliptic(
         let eta = eta_at_azimuth(lag, sin_half, cos_half, fibre);
         let lobes = trt.lobes_at(eta, cos_theta_d);
         let value = lobes_at_azimuth(&lobes, sin_half, cos_half);
+        let of_mean = lobes_at_azimuth(&mean, sin_half, cos_half);
         for channel in 0..3 {
-            total[channel] += weight * value[channel];
+            total[channel] += weight * (value[channel] - of_mean[channel]);
         }
     }
     // d psi / dt times the step of t; N_TRT is the lobes over 2 pi.
     let step = reach * (AZIMUTH_STRETCH / (8.0 * PI));
-    total.map(|sum| step * sum)
+    let closed = azimuthal_lobes(kappa, lag.sin_half, lag.cos_half, &mean);
+    std::array::from_fn(|channel| (closed[channel] + step * total[channel]).max(0.0))
 }
 
 /// [`azimuthal_elliptic`] as two nodes of the outer integral weigh it: the inner integral by itself.

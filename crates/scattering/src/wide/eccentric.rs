@@ -6,11 +6,11 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
 use crate::closed_form::{
-    AZIMUTH_BUMP, AZIMUTH_REACH, AZIMUTH_SHEAR, AZIMUTH_SHEAR_MAX, AZIMUTH_STRETCH, AZIMUTHS,
-    DirectionInFrame, ETA_STAR_MAX, ETA_STAR_MIN, Fibre, LobeView,
+    AZIMUTH_BUMP, AZIMUTH_REACH, AZIMUTH_SHEAR, AZIMUTH_SHEAR_MAX, AZIMUTH_SIDE, AZIMUTH_STRETCH,
+    AZIMUTHS, DirectionInFrame, ETA_STAR_MAX, ETA_STAR_MIN, Fibre, LobeView,
 };
 
-use super::azimuthal::sharpnesses;
+use super::azimuthal::{azimuthal_lobes, sharpnesses};
 use super::frame::Lags;
 use super::lobes::{Lobes, LobesByEta};
 use super::math::{clamp, cos, exp, mul_add, sin};
@@ -58,17 +58,19 @@ pub(super) fn azimuthal_elliptic<S: Simd>(
     let (x, y) = (kappa * cos_lag + AZIMUTH_BUMP, kappa * sin_lag);
     let kappa_3 = (x * x + y * y).sqrt().max(1e-6);
     let [sin_centre, cos_centre] = half_angle(x, y, kappa_3);
+    let by_eta = LobesByEta::new(trt, cos_theta_d);
+    let cosine = (x * cos_view - y * sin_view) / ((kappa_3 * kappa_3 + 2.25).sqrt() + 0.5);
+    let mean = by_eta.at(eta_at(cosine, fibre));
     let (x, y) = (kappa + cos_lag * AZIMUTH_BUMP, sin_lag * -AZIMUTH_BUMP);
     let [sin_light, cos_light] = half_angle(x, y, kappa_3);
     let reach = (f32x8::splat(simd, AZIMUTH_REACH) / kappa_3.sqrt()).min(PI);
     let growth = exp(clamp(
-        u * AZIMUTH_SHEAR,
+        u * AZIMUTH_SHEAR * clamp(sin_lag * AZIMUTH_SIDE, -1.0, 1.0),
         -AZIMUTH_SHEAR_MAX,
         AZIMUTH_SHEAR_MAX,
     ));
     let cosh = (growth + f32x8::splat(simd, 1.0) / growth) * 0.5;
     let sinh = growth - cosh;
-    let by_eta = LobesByEta::new(trt, cos_theta_d);
     let half_reach = reach * 0.5;
     let mut total = [f32x8::splat(simd, 0.0); 3];
     for [at, dense] in AZIMUTHS {
@@ -82,13 +84,15 @@ pub(super) fn azimuthal_elliptic<S: Simd>(
         let eta = eta_at(cos_psi * cos_view - sin_psi * sin_view, fibre);
         let value = lobes_at_azimuth(&by_eta.at(eta), sin_half, cos_half);
         let weight = (cosh * dense + sinh * at) * height(kappa, from_light);
-        for (total, value) in total.iter_mut().zip(value) {
-            *total += weight * value;
+        let of_mean = lobes_at_azimuth(&mean, sin_half, cos_half);
+        for ((total, value), of_mean) in total.iter_mut().zip(value).zip(of_mean) {
+            *total += weight * (value - of_mean);
         }
     }
+    let closed = azimuthal_lobes(kappa, sin_half_lag, lag.cos_half, &mean);
     let step = reach * by_eta.square * (AZIMUTH_STRETCH / (8.0 * PI));
-    for total in &mut total {
-        *total *= step;
+    for (total, closed) in total.iter_mut().zip(closed) {
+        *total = (closed + step * *total).max(0.0);
     }
     total
 }
