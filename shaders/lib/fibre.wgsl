@@ -6,12 +6,14 @@ const MODE_TT: u32 = 2u;
 const MODE_TRT: u32 = 4u;
 // Beside the modes: the fibre is of model energy.
 const MODEL_ENERGY: u32 = 8u;
+// And: it is elliptic.
+const ELLIPTIC: u32 = 16u;
 // Polynomials in Fibre::further.
 const N_FURTHER: u32 = 10u;
 
-// Modes, and the model, that the pipeline can draw; the others are not part of it, whatever the fibre
-// says.
-override MODES: u32 = 15u;
+// Modes, the model, and whether elliptic: what the pipeline can draw. The others are not part of it,
+// whatever the fibre says.
+override MODES: u32 = 31u;
 
 struct Fibre {
     sigma_a: vec3f,
@@ -35,4 +37,9 @@ struct Fibre {
 
 fn is_energy(fibre: Fibre) -> bool {
     return (fibre.modes & MODES & MODEL_ENERGY) != 0u;
+}
+
+// Does TRT see another index at every azimuth?
+fn is_elliptic(fibre: Fibre) -> bool {
+    return (fibre.modes & MODES & ELLIPTIC) != 0u;
 }

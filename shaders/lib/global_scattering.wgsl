@@ -4,9 +4,36 @@
 // Eq 27: light that fibres in front scattered on, over the scattering function.
 // Twin: crates/scattering/src/closed_form/global_scattering.rs, which explains the formulas.
 
-// Sharpness of the circular Gaussian that stands for the half circle where the index of an
-// elliptic fibre is averaged.
-const HALF_CIRCLE_SHARPNESS: f32 = 1.72;
+// N_TRT^G of an elliptic fibre, at the node u of the outer integral.
+fn half_circle_elliptic(
+    lag: EllipticLag,
+    cos_theta_d: f32,
+    u: f32,
+    shading: Shading,
+    trt: texture_2d<u32>,
+) -> vec3f {
+    let cos_lag = 1.0 - 2.0 * lag.sin_half * lag.sin_half;
+    let sin_lag = 2.0 * lag.sin_half * lag.cos_half;
+    let by = moved(u, sin_lag);
+    let mean = lobes_trt_at(trt, shading, eta_at(lag.cos_view, shading.fibre), cos_theta_d);
+    var total = vec3f(0.0);
+    for (var ix = 0u; ix < 8u; ix++) {
+        let node = moved_azimuth(ix, by);
+        let delta = 0.5 * HALF_CIRCLE_REACH * node.x;
+        let sin_delta = sin(delta);
+        let cos_delta = cos(delta);
+        let step = (0.25 * HALF_CIRCLE_REACH * AZIMUTH_STRETCH) * node.y;
+        let from_light = (cos_delta * cos_delta - sin_delta * sin_delta) * cos_lag
+            + 2.0 * sin_delta * cos_delta * sin_lag;
+        let weight = step * clamp(0.5 + from_light / step, 0.0, 1.0);
+        let eta = eta_at_azimuth(lag, sin_delta, cos_delta, shading.fibre);
+        let lobes = lobes_trt_at(trt, shading, eta, cos_theta_d);
+        let value = lobes_at_azimuth(lobes, sin_delta, cos_delta);
+        total += weight * (value - lobes_at_azimuth(mean, sin_delta, cos_delta));
+    }
+    let closed = half_circle_lobes(lag.sin_half, lag.cos_half, mean);
+    return max(closed + (0.5 / (PI * PI)) * total, vec3f(0.0));
+}
 
 // Sum over the enabled modes: the integral of psi_f against S cos(theta_i), linear RGB, >= 0.
 fn global_scattering(
@@ -71,11 +98,12 @@ fn global_mode_at_lag(
         return total;
     }
     let basis = half_circle_basis(lag);
-    let eta = eta_star(HALF_CIRCLE_SHARPNESS, lag, shading.fibre);
+    let elliptic = elliptic_lag(view, light, lag);
     let extent = node_extent(rule);
     let count = node_count(extent, (shading.fibre.nodes >> (4u * mode)) & 15u);
     for (var ix = 0u; ix < count; ix++) {
-        let place = node_place(rule, node_constants(extent, count, ix));
+        let constants = node_constants(extent, count, ix);
+        let place = node_place(rule, constants);
         let lobe = (rule.to_lobe + place.step) * rule.inverse_width;
         let from_light = (rule.to_light + place.step) / sigma_f;
         let weight = place.weight * rule.inverse_width * (1.0 / SQRT_PI)
@@ -90,8 +118,11 @@ fn global_mode_at_lag(
         } else if mode == 1u {
             let lobes = lobes_tt_at(tt, shading, incline.cos_theta_d);
             total += factor * half_circle_tt(lag, lobes);
+        } else if is_elliptic(shading.fibre) {
+            total += factor
+                * half_circle_elliptic(elliptic, incline.cos_theta_d, constants.x, shading, trt);
         } else {
-            let lobes = lobes_trt_at(trt, shading, eta, incline.cos_theta_d);
+            let lobes = lobes_trt_at(trt, shading, shading.fibre.eta, incline.cos_theta_d);
             total += factor * half_circle_trt(lag, lobes);
         }
     }

@@ -46,6 +46,46 @@ fn lobes_trt_at(trt: texture_2d<u32>, shading: Shading, eta: f32, cos_theta_d: f
 // #endif
 }
 
+// TRT of an elliptic fibre for a light of sharpness kappa and amplitude 1, at the node u of the outer
+// integral.
+fn azimuthal_elliptic(
+    kappa: f32,
+    lag: EllipticLag,
+    cos_theta_d: f32,
+    u: f32,
+    shading: Shading,
+    trt: texture_2d<u32>,
+) -> vec3f {
+    let cos_lag = 1.0 - 2.0 * lag.sin_half * lag.sin_half;
+    let sin_lag = 2.0 * lag.sin_half * lag.cos_half;
+    let product = vec2f(AZIMUTH_BUMP + kappa * cos_lag, kappa * sin_lag);
+    let kappa_3 = max(sqrt(product.x * product.x + product.y * product.y), 1e-6);
+    let centre = half_angle(product.x, product.y, kappa_3);
+    let cosine = (lag.cos_view * product.x - lag.sin_view * product.y)
+        / (0.5 + sqrt(kappa_3 * kappa_3 + 2.25));
+    let mean = lobes_trt_at(trt, shading, eta_at(cosine, shading.fibre), cos_theta_d);
+    let light = half_angle(kappa + AZIMUTH_BUMP * cos_lag, -AZIMUTH_BUMP * sin_lag, kappa_3);
+    let reach = min(AZIMUTH_REACH / sqrt(kappa_3), PI);
+    let by = moved(u, sin_lag);
+    var total = vec3f(0.0);
+    for (var ix = 0u; ix < 8u; ix++) {
+        let node = moved_azimuth(ix, by);
+        let delta = 0.5 * reach * node.x;
+        let sin_delta = sin(delta);
+        let cos_delta = cos(delta);
+        let sin_half = centre.x * cos_delta + centre.y * sin_delta;
+        let cos_half = centre.y * cos_delta - centre.x * sin_delta;
+        let from_light = light.x * cos_delta + light.y * sin_delta;
+        let eta = eta_at_azimuth(lag, sin_half, cos_half, shading.fibre);
+        let lobes = lobes_trt_at(trt, shading, eta, cos_theta_d);
+        let value = lobes_at_azimuth(lobes, sin_half, cos_half);
+        let of_mean = lobes_at_azimuth(mean, sin_half, cos_half);
+        total += node.y * height(kappa, from_light) * (value - of_mean);
+    }
+    let closed = azimuthal_lobes(kappa, lag.sin_half, lag.cos_half, mean);
+    return max(closed + reach * (AZIMUTH_STRETCH / (8.0 * PI)) * total, vec3f(0.0));
+}
+
 // Sum over the enabled modes: the integral of the light of amplitude 1 against S cos(theta_i),
 // linear RGB, >= 0, before transmittance.
 fn single_scattering(
@@ -129,8 +169,10 @@ fn mode_at_lag(
     let kappa_j = 2.0 * at.cos_theta / (light.lambda * light.lambda);
     let extent = node_extent(rule);
     let count = node_count(extent, (shading.fibre.nodes >> (4u * mode)) & 15u);
+    let elliptic = elliptic_lag(view, at, lag);
     for (var ix = 0u; ix < count; ix++) {
-        let node = outer_node(rule, node_constants(extent, count, ix));
+        let constants = node_constants(extent, count, ix);
+        let node = outer_node(rule, constants);
         let cos_i = max(cos(node.theta_i), 0.0);
         let incline = inclination(0.5 * (view.theta - node.theta_i));
         let kappa = kappa_j * cos_i;
@@ -142,9 +184,11 @@ fn mode_at_lag(
         } else if mode == 1u {
             let lobes = lobes_tt_at(tt, shading, incline.cos_theta_d);
             total += factor * azimuthal_tt(kappa, lag, lobes);
+        } else if is_elliptic(shading.fibre) {
+            total += factor
+                * azimuthal_elliptic(kappa, elliptic, incline.cos_theta_d, constants.x, shading, trt);
         } else {
-            let eta = eta_star(kappa, lag, shading.fibre);
-            let lobes = lobes_trt_at(trt, shading, eta, incline.cos_theta_d);
+            let lobes = lobes_trt_at(trt, shading, shading.fibre.eta, incline.cos_theta_d);
             total += factor * azimuthal_trt(kappa, lag, lobes);
         }
     }

@@ -116,8 +116,15 @@ fn azimuthal_by_lobes(q: Query, shading: Shading) -> vec3f {
         let lobes = sample_row(lobes_tt, shading.tt, at.cos_theta_d);
         return azimuthal_tt(kappa, lag, lobes);
     }
-    let eta = eta_star(kappa, lag, shading.fibre);
-    let lobes = sample_lobes(lobes_trt, shading.trt, eta, at.cos_theta_d);
+    if is_elliptic(shading.fibre) {
+        // As two nodes of the outer integral weigh it.
+        let elliptic = elliptic_lag(q.view, q.light, lag);
+        let u = 0.70710677;
+        let first = azimuthal_elliptic(kappa, elliptic, at.cos_theta_d, -u, shading, lobes_trt);
+        let second = azimuthal_elliptic(kappa, elliptic, at.cos_theta_d, u, shading, lobes_trt);
+        return 0.5 * (first + second);
+    }
+    let lobes = sample_lobes(lobes_trt, shading.trt, shading.fibre.eta, at.cos_theta_d);
     // None of model marschner.
     let further = further_orders(shading.fibre, at.cos_theta_d);
     return azimuthal_trt(kappa, lag, lobes) + bessel_i0e_fast(kappa) * further;

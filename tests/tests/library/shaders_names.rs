@@ -7,9 +7,10 @@ use std::path::Path;
 use strandlight_tests::project_root;
 
 /// Functions that exist in WGSL alone; `shaders/README.md` says what stands for them in Rust.
-const WGSL_ONLY: [&str; 12] = [
+const WGSL_ONLY: [&str; 13] = [
     "direction_in_frame",
     "h_column",
+    "is_elliptic",
     "is_energy",
     "light_in_frame",
     "lobes_trt_at",
@@ -25,7 +26,7 @@ const WGSL_ONLY: [&str; 12] = [
 /// Names of the functions that `text` defines at its outermost level, in order.
 fn functions(text: &str) -> Vec<String> {
     let name = |line: &str| {
-        let line = ["pub ", "pub(crate) "]
+        let line = ["pub ", "pub(crate) ", "pub(super) "]
             .iter()
             .find_map(|prefix| line.strip_prefix(prefix))
             .unwrap_or(line);

@@ -11,10 +11,10 @@ use strandlight_scattering::axis::Axis;
 use strandlight_scattering::c_integrals::BernsteinRule;
 use strandlight_scattering::closed_form::{
     DEFAULT_NODES, DirectionInFrame, ENERGY_NODES, Fibre, GAUSS_HERMITE, LN_CULL, LightInFrame,
-    Reflectance, Shading, Tables, azimuthal_r, azimuthal_trt, azimuthal_tt, erf_pair, eta_star,
-    fisher_lobe, fisher_rule, inclination, lag_between, longitudinal, node_count, outer_node,
-    outer_rule, pack_nodes, paper, sample_lobes, single_scattering, single_scattering_mode,
-    table_cell,
+    Reflectance, Shading, Tables, azimuthal_elliptic_of_two, azimuthal_r, azimuthal_trt,
+    azimuthal_tt, elliptic_lag, erf_pair, fisher_lobe, fisher_rule, inclination, lag_between,
+    longitudinal, node_count, outer_node, outer_rule, pack_nodes, paper, sample_lobes,
+    single_scattering, single_scattering_mode, table_cell,
 };
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::lobes::{DEFAULT_LOBE_TEXELS, LobeTable, LobeTexture, slice};
@@ -496,12 +496,19 @@ impl OnFibre<'_> {
             }
             Method::Runtime { .. } | Method::TableC { .. } | Method::LobeTexels { .. } => {
                 let optics = &self.optics;
-                let eta = eta_star(kappa, &lag, fibre);
+                let cos_theta_d = at.cos_theta_d;
                 let sampled =
-                    |lobes: &LobeTexture| sample_lobes(&lobes.view(), eta, at.cos_theta_d);
+                    |lobes: &LobeTexture| sample_lobes(&lobes.view(), fibre.eta, cos_theta_d);
                 match lobe {
                     Lobe::R => [azimuthal_r(kappa, &lag, &at, &optics.reflectance, tables); 3],
                     Lobe::Tt => azimuthal_tt(kappa, &lag, &sampled(&optics.tt)),
+                    Lobe::Trt if fibre.is_elliptic() => {
+                        let [view, light] =
+                            [dphi, 0.0].map(|phi| DirectionInFrame::from_angles(0.0, phi));
+                        let lag = elliptic_lag(&view, &light, &lag);
+                        let trt = &optics.trt.view();
+                        azimuthal_elliptic_of_two(kappa, &lag, cos_theta_d, fibre, trt)
+                    }
                     Lobe::Trt => azimuthal_trt(kappa, &lag, &sampled(&optics.trt)),
                 }
             }

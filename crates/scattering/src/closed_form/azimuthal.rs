@@ -7,7 +7,7 @@ use super::lobes::{LobeAngles, Lobes, angles_to};
 
 /// Sum over the lobes of amplitude times [`lobe_integral`], per channel; `sin_half` and
 /// `cos_half` of half the azimuth from the lobes' common centre to the light.
-fn azimuthal_lobes(kappa: f32, sin_half: f32, cos_half: f32, lobes: &Lobes) -> [f32; 3] {
+pub(super) fn azimuthal_lobes(kappa: f32, sin_half: f32, cos_half: f32, lobes: &Lobes) -> [f32; 3] {
     let LobeAngles {
         kappa: [kappa_0, kappa_1, kappa_2],
         near: [near_1, near_2],

@@ -15,6 +15,8 @@ pub const MODE_TRT: u32 = 4;
 
 /// Bit of [`Fibre::modes`] of a fibre of [`Model::Energy`].
 pub const MODEL_ENERGY: u32 = 8;
+/// Bit of [`Fibre::modes`] of an elliptic fibre.
+pub const ELLIPTIC: u32 = 16;
 /// All bits of modes.
 pub const ALL_MODES: u32 = MODE_R | MODE_TT | MODE_TRT;
 
@@ -41,7 +43,8 @@ pub struct Fibre {
     pub eta_mean: f32,
     /// (eta*_1 - eta*_2) / 2 of Eq 24; 0 for a circular fibre.
     pub eta_swing: f32,
-    /// Enabled modes, a sum of [`MODE_R`], [`MODE_TT`], [`MODE_TRT`]; and [`MODEL_ENERGY`].
+    /// Enabled modes, a sum of [`MODE_R`], [`MODE_TT`], [`MODE_TRT`]; and [`MODEL_ENERGY`],
+    /// [`ELLIPTIC`].
     pub modes: u32,
     /// Nodes of the outer integral a mode: R in bits 0..=3, TT in 4..=7, TRT in 8..=11, as
     /// [`pack_nodes`] packs them. The paper's scheme does not look at them.
@@ -114,6 +117,8 @@ impl Fibre {
             Model::Energy => (MODEL_ENERGY, ENERGY_NODES),
         };
         let (further, further_scale) = further_orders_of(hair);
+        let eta_swing = (0.5 * (eta_1 - eta_2)) as f32;
+        let shape = if eta_swing == 0.0 { 0 } else { ELLIPTIC };
         Ok(Fibre {
             sigma_a: hair.sigma_a.map(|sigma_a| sigma_a as f32),
             eta: hair.eta as f32,
@@ -122,8 +127,10 @@ impl Fibre {
             beta: per_lobe(&hair.width),
             segments: segments.clamp(2, MAX_SEGMENTS),
             eta_mean: (0.5 * (eta_1 + eta_2)) as f32,
-            eta_swing: (0.5 * (eta_1 - eta_2)) as f32,
-            modes: modes.iter().fold(model, |bits, lobe| bits | 1 << lobe.p()),
+            eta_swing,
+            modes: modes
+                .iter()
+                .fold(model | shape, |bits, lobe| bits | 1 << lobe.p()),
             nodes,
             further,
             further_scale,
@@ -136,6 +143,11 @@ impl Fibre {
     /// Is it of [`Model::Energy`]?
     pub fn is_energy(&self) -> bool {
         self.modes & MODEL_ENERGY != 0
+    }
+
+    /// Does TRT see another index at every azimuth?
+    pub fn is_elliptic(&self) -> bool {
+        self.modes & ELLIPTIC != 0
     }
 
     /// Nodes of the outer integral for `mode` 0 (R), 1 (TT), 2 (TRT).

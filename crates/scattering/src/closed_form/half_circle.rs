@@ -139,7 +139,7 @@ pub fn half_circle_r(b: &[f32; C_DEGREE], at: &Inclination, reflectance: &Reflec
 
 /// Sum over the lobes of amplitude times share within the half circle, per channel; `sin_half` and
 /// `cos_half` of half the azimuth from the lobes' common centre to the middle of the half circle.
-fn half_circle_lobes(sin_half: f32, cos_half: f32, lobes: &Lobes) -> [f32; 3] {
+pub(super) fn half_circle_lobes(sin_half: f32, cos_half: f32, lobes: &Lobes) -> [f32; 3] {
     let LobeAngles {
         kappa: [kappa_0, kappa_1, kappa_2],
         near: [near_1, near_2],

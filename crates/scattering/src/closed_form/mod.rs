@@ -51,17 +51,17 @@ pub use averages::{
 pub use azimuthal::{azimuthal_trt, azimuthal_tt};
 pub use azimuthal_r::{Reflectance, azimuthal_r};
 pub use circular_gaussian::{c_0, lobe_integral, product_integral};
-pub use eccentric::{ETA_STAR_MAX, ETA_STAR_MIN, eta_star};
+pub use eccentric::{ETA_STAR_MAX, ETA_STAR_MIN, EllipticLag, elliptic_lag};
 pub use fibre::{
-    ALL_MODES, DEFAULT_NODES, DEFAULT_SEGMENTS, ENERGY_NODES, Fibre, MODE_R, MODE_TRT, MODE_TT,
-    MODEL_ENERGY, N_FURTHER, pack_nodes,
+    ALL_MODES, DEFAULT_NODES, DEFAULT_SEGMENTS, ELLIPTIC, ENERGY_NODES, Fibre, MODE_R, MODE_TRT,
+    MODE_TT, MODEL_ENERGY, N_FURTHER, pack_nodes,
 };
 pub use fisher::{
     FisherLobe, fisher_density, fisher_lobe, fisher_place, fisher_rule, forward_share,
     further_orders, further_place,
 };
 pub use frame::{DirectionInFrame, Inclination, Lag, LightInFrame, inclination, lag_between};
-pub use global_scattering::{global_scattering, global_scattering_mode};
+pub use global_scattering::{global_scattering, global_scattering_mode, half_circle_elliptic};
 pub use half_circle::{
     half_circle, half_circle_basis, half_circle_r, half_circle_trt, half_circle_tt,
 };
@@ -95,7 +95,8 @@ pub use painted_lobes::{
     sample_painted_lobes,
 };
 pub use single_scattering::{
-    Shading, shadowed_single_scattering, single_scattering, single_scattering_mode,
+    Shading, azimuthal_elliptic, azimuthal_elliptic_of_two, shadowed_single_scattering,
+    single_scattering, single_scattering_mode,
 };
 pub use special::{ErfPair, bessel_i0e, bessel_i0e_fast, bessel_i1e, erf_pair};
 pub use tables::{
@@ -112,7 +113,10 @@ pub use width_profile::WidthProfile;
 
 pub(crate) use averages::LAST_INCLINATION;
 pub(crate) use constants::SQRT_PI;
-pub(crate) use eccentric::BUMP_SHARPNESS;
+pub(crate) use eccentric::{
+    AZIMUTH_BUMP, AZIMUTH_REACH, AZIMUTH_SHEAR, AZIMUTH_SHEAR_MAX, AZIMUTH_SIDE, AZIMUTH_STRETCH,
+    AZIMUTHS,
+};
 pub(crate) use fisher::{FISHER_CLAMP, FISHER_SPREAD, INVERSE_FISHER_CLAMP};
 pub(crate) use frame::COS_THETA_D_MIN;
 pub(crate) use local_scattering::{LOCAL_NODES, SHARE_MIN};

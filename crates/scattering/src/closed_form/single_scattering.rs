@@ -4,13 +4,19 @@
 //! Each mode is integrated over theta_i by the nodes of [`super::outer_integral`]; at a node the
 //! integral over azimuth is R's polynomial on the table C, or TT's and TRT's lobes. With the
 //! default nodes that is at most 8 inner integrals and 13 fetches a light: one of C for each
-//! node of R, two 16-byte texels of the lobe texture for each of TT and TRT. An elliptic fibre
-//! reads as often, TRT's fetches being bilinear. Of model `energy` ([`super::fisher_lobe`]) TT and TRT read
+//! node of R, two 16-byte texels of the lobe texture for each of TT and TRT. TRT of an
+//! elliptic fibre has nine bilinear fetches at a node, for one index and for eight azimuths
+//! ([`super::eccentric`]). Of model `energy` ([`super::fisher_lobe`]) TT and TRT read
 //! once for all nodes.
 
-use super::azimuthal::{azimuthal_trt, azimuthal_tt};
+use core::f32::consts::{FRAC_1_SQRT_2, PI};
+
+use super::azimuthal::{azimuthal_lobes, azimuthal_trt, azimuthal_tt};
 use super::azimuthal_r::{Reflectance, azimuthal_r};
-use super::eccentric::eta_star;
+use super::eccentric::{
+    AZIMUTH_BUMP, AZIMUTH_REACH, AZIMUTH_STRETCH, AZIMUTHS, EllipticLag, elliptic_lag, eta_at,
+    eta_at_azimuth, half_angle, height, lobes_at_azimuth, moved, moved_azimuth,
+};
 use super::fibre::{Fibre, MODE_R};
 use super::fisher::{fisher_density, fisher_lobe, fisher_place, fisher_rule, further_orders};
 use super::frame::{DirectionInFrame, Lag, LightInFrame, inclination, lag_between};
@@ -35,6 +41,68 @@ pub struct Shading<'a, L = LobeView<'a>> {
     pub tt: L,
     /// Lobes of TRT.
     pub trt: L,
+}
+
+/// TRT of an elliptic fibre, per channel, for a light of sharpness `kappa` = 2 / lambda'^2 >= 0 and
+/// amplitude 1: `Int g^c(phi_i; phi_j, lambda') N_TRT(phi_o - phi_i; eta*(phi_o + phi_i)) dphi_i`,
+/// blurred by w_c (the lobes hold it). `u` is the place of the node of the outer integral, as in
+/// [`super::GAUSS_HERMITE`].
+pub fn azimuthal_elliptic(
+    kappa: f32,
+    lag: &EllipticLag,
+    cos_theta_d: f32,
+    u: f32,
+    fibre: &Fibre,
+    trt: &impl SampleLobes,
+) -> [f32; 3] {
+    let cos_lag = 1.0 - 2.0 * lag.sin_half * lag.sin_half;
+    let sin_lag = 2.0 * lag.sin_half * lag.cos_half;
+    // The centre of the product of light and bump, from the view, and from the light without
+    // cancellation.
+    let (x, y) = (AZIMUTH_BUMP + kappa * cos_lag, kappa * sin_lag);
+    let kappa_3 = (x * x + y * y).sqrt().max(1e-6);
+    let [sin_centre, cos_centre] = half_angle(x, y, kappa_3);
+    // Lobes at the mean index over the product, whose integral is closed; I_1(k) / (k I_0(k)) to 5 %.
+    let cosine = (lag.cos_view * x - lag.sin_view * y) / (0.5 + (kappa_3 * kappa_3 + 2.25).sqrt());
+    let mean = trt.lobes_at(eta_at(cosine, fibre), cos_theta_d);
+    let (x, y) = (kappa + AZIMUTH_BUMP * cos_lag, -AZIMUTH_BUMP * sin_lag);
+    let [sin_light, cos_light] = half_angle(x, y, kappa_3);
+    let reach = (AZIMUTH_REACH / kappa_3.sqrt()).min(PI);
+    let by = moved(u, sin_lag);
+    let mut total = [0.0f32; 3];
+    for node in AZIMUTHS {
+        let [at, dense] = moved_azimuth(node, by);
+        let delta = 0.5 * reach * at;
+        let (sin, cos) = (delta.sin(), delta.cos());
+        let sin_half = sin_centre * cos + cos_centre * sin;
+        let cos_half = cos_centre * cos - sin_centre * sin;
+        let from_light = sin_light * cos + cos_light * sin;
+        let weight = dense * height(kappa, from_light);
+        let eta = eta_at_azimuth(lag, sin_half, cos_half, fibre);
+        let lobes = trt.lobes_at(eta, cos_theta_d);
+        let value = lobes_at_azimuth(&lobes, sin_half, cos_half);
+        let of_mean = lobes_at_azimuth(&mean, sin_half, cos_half);
+        for channel in 0..3 {
+            total[channel] += weight * (value[channel] - of_mean[channel]);
+        }
+    }
+    // d psi / dt times the step of t; N_TRT is the lobes over 2 pi.
+    let step = reach * (AZIMUTH_STRETCH / (8.0 * PI));
+    let closed = azimuthal_lobes(kappa, lag.sin_half, lag.cos_half, &mean);
+    std::array::from_fn(|channel| (closed[channel] + step * total[channel]).max(0.0))
+}
+
+/// [`azimuthal_elliptic`] as two nodes of the outer integral weigh it: the inner integral by itself.
+pub fn azimuthal_elliptic_of_two(
+    kappa: f32,
+    lag: &EllipticLag,
+    cos_theta_d: f32,
+    fibre: &Fibre,
+    trt: &impl SampleLobes,
+) -> [f32; 3] {
+    let at = |u| azimuthal_elliptic(kappa, lag, cos_theta_d, u, fibre, trt);
+    let (a, b) = (at(-FRAC_1_SQRT_2), at(FRAC_1_SQRT_2));
+    std::array::from_fn(|channel| 0.5 * (a[channel] + b[channel]))
 }
 
 /// Sum of [`single_scattering_mode`] over the enabled modes: the integral of the light of
@@ -110,8 +178,10 @@ fn mode_at_lag(
     let kappa_j = 2.0 * at.cos_theta / (light.lambda * light.lambda);
     let extent = node_extent(&rule);
     let count = node_count(extent, fibre.node_count(mode));
+    let elliptic = elliptic_lag(view, &at, lag);
     for ix in 0..count {
-        let node = outer_node(&rule, node_constants(extent, count, ix));
+        let constants = node_constants(extent, count, ix);
+        let node = outer_node(&rule, constants);
         let cos_i = node.theta_i.cos().max(0.0);
         let incline = inclination(0.5 * (view.theta - node.theta_i));
         let kappa = kappa_j * cos_i;
@@ -123,13 +193,14 @@ fn mode_at_lag(
                 factor * azimuthal_r(kappa, lag, &incline, shading.reflectance, &shading.tables);
             total = total.map(|sum| sum + value);
         } else {
+            let cos_theta_d = incline.cos_theta_d;
             let value = if mode == 1 {
-                let lobes = shading.tt.lobes_at(fibre.eta, incline.cos_theta_d);
-                azimuthal_tt(kappa, lag, &lobes)
+                azimuthal_tt(kappa, lag, &shading.tt.lobes_at(fibre.eta, cos_theta_d))
+            } else if fibre.is_elliptic() {
+                let [u, ..] = constants;
+                azimuthal_elliptic(kappa, &elliptic, cos_theta_d, u, fibre, &shading.trt)
             } else {
-                let eta = eta_star(kappa, lag, fibre);
-                let lobes = shading.trt.lobes_at(eta, incline.cos_theta_d);
-                azimuthal_trt(kappa, lag, &lobes)
+                azimuthal_trt(kappa, lag, &shading.trt.lobes_at(fibre.eta, cos_theta_d))
             };
             for channel in 0..3 {
                 total[channel] += factor * value[channel];

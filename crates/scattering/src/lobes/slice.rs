@@ -25,7 +25,7 @@ use crate::quadrature::GaussLegendre;
 pub const DEFAULT_LOBE_TEXELS: usize = 320;
 /// Rows of TRT of an elliptic fibre: always as many, since a further one would be a jump. Together
 /// they have a fifth more texels than that of a circular fibre.
-const ELLIPTIC_ROWS: usize = 6;
+pub(crate) const ELLIPTIC_ROWS: usize = 6;
 /// Nodes of the energies over gamma.
 const N_ENERGY_NODES: usize = 12;
 /// Numbers of a texel that are shapes; amplitudes follow.
@@ -108,7 +108,7 @@ impl LobePlaces {
     }
 
     /// The places for `hair`: several rows for TRT of an elliptic fibre, over the indices of Eq 24
-    /// as [`crate::closed_form::eta_star`] clamps them; else one, of `n` >= 2 texels.
+    /// clamped as the closed form clamps them; else one, of `n` >= 2 texels.
     pub fn new(lobe: Lobe, hair: &HairParams, n: usize) -> LobePlaces {
         let circular = LobePlaces::circular(lobe, hair.eta, n);
         let [eta_1, eta_2] = hair.elliptic_indices();

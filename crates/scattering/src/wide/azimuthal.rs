@@ -23,6 +23,23 @@ pub(super) fn lobe_integral<S: Simd>(
     exp(-(fall * (below * inverse))) * (above * (whole * inverse)).sqrt()
 }
 
+/// Sharpnesses of the lobes, 2 / lambda^2.
+#[inline(always)]
+pub(super) fn sharpnesses<S: Simd>(lobes: &Lobes<S>) -> [f32x8<S>; 3] {
+    let [square_0, square_1, square_2] = [
+        lobes.lambda[0] * lobes.lambda[0],
+        lobes.lambda[1] * lobes.lambda[1],
+        lobes.lambda[2] * lobes.lambda[2],
+    ];
+    let whole = square_0 * square_1 * square_2;
+    let inverse = f32x8::splat(whole.token(), 2.0) / whole;
+    [
+        square_1 * square_2 * inverse,
+        square_0 * square_2 * inverse,
+        square_0 * square_1 * inverse,
+    ]
+}
+
 /// TT where `sin_half` and `cos_half` are lag's cosine and sine, TRT where they are its sine and cosine:
 /// [`crate::closed_form::azimuthal_tt`], [`crate::closed_form::azimuthal_trt`].
 #[inline(always)]
@@ -32,15 +49,7 @@ pub(super) fn azimuthal_lobes<S: Simd>(
     cos_half: f32x8<S>,
     lobes: &Lobes<S>,
 ) -> [f32x8<S>; 3] {
-    let [square_0, square_1, square_2] = [
-        lobes.lambda[0] * lobes.lambda[0],
-        lobes.lambda[1] * lobes.lambda[1],
-        lobes.lambda[2] * lobes.lambda[2],
-    ];
-    let inverse = f32x8::splat(kappa.token(), 2.0) / (square_0 * square_1 * square_2);
-    let kappa_0 = square_1 * square_2 * inverse;
-    let kappa_1 = square_0 * square_2 * inverse;
-    let kappa_2 = square_0 * square_1 * inverse;
+    let [kappa_0, kappa_1, kappa_2] = sharpnesses(lobes);
     let middle_1 = sin_half * lobes.cos_half[0];
     let apart_1 = cos_half * lobes.sin_half[0];
     let middle_2 = sin_half * lobes.cos_half[1];

@@ -1,28 +1,133 @@
-//! The index of an elliptic fibre for eight lights. Twin: `closed_form/eccentric.rs`.
+//! TRT of an elliptic fibre for eight lights. Twin: `closed_form/eccentric.rs`.
+
+use core::f32::consts::PI;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
-use crate::closed_form::{BUMP_SHARPNESS, ETA_STAR_MAX, ETA_STAR_MIN, Fibre};
+use crate::closed_form::{
+    AZIMUTH_BUMP, AZIMUTH_REACH, AZIMUTH_SHEAR, AZIMUTH_SHEAR_MAX, AZIMUTH_SIDE, AZIMUTH_STRETCH,
+    AZIMUTHS, DirectionInFrame, ETA_STAR_MAX, ETA_STAR_MIN, Fibre, LobeView,
+};
 
+use super::azimuthal::{azimuthal_lobes, sharpnesses};
 use super::frame::Lags;
-use super::math::clamp;
+use super::lobes::{Lobes, LobesByEta};
+use super::math::{clamp, cos, exp, mul_add, sin};
 
-/// [`crate::closed_form::eta_star`].
+/// [`crate::closed_form::eta_at`].
 #[inline(always)]
-pub(super) fn eta_star<S: Simd>(kappa: f32x8<S>, lag: &Lags<S>, fibre: &Fibre) -> f32x8<S> {
-    let simd = kappa.token();
-    if fibre.eta_swing == 0.0 {
-        return f32x8::splat(simd, fibre.eta);
-    }
-    let sum = kappa + BUMP_SHARPNESS;
-    let fall = kappa * (4.0 * BUMP_SHARPNESS) * (lag.sin_half * lag.sin_half);
-    let kappa_3_2 = (sum * sum - fall).max(0.0);
-    let root = (kappa_3_2 + 2.25).sqrt() + 0.5;
-    let cosine = (kappa * lag.cos_sum + BUMP_SHARPNESS * lag.cos_view) / root;
+fn eta_at<S: Simd>(cosine: f32x8<S>, fibre: &Fibre) -> f32x8<S> {
     clamp(
         cosine * fibre.eta_swing + fibre.eta_mean,
         fibre.eta.min(ETA_STAR_MIN),
         ETA_STAR_MAX,
     )
+}
+
+/// Sine and cosine of half the angle, within +-pi, of a vector of components `x`, `y` and this
+/// `length` > 0; the cosine is not negative.
+#[inline(always)]
+fn half_angle<S: Simd>(x: f32x8<S>, y: f32x8<S>, length: f32x8<S>) -> [f32x8<S>; 2] {
+    let large = (x.abs() / length * 0.5 + 0.5).sqrt();
+    let small = y * 0.5 / (length * large);
+    let is_near = x.simd_ge(0.0);
+    [
+        is_near.select(small, large.copysign(y)),
+        is_near.select(large, small.abs()),
+    ]
+}
+
+/// [`crate::closed_form::azimuthal_elliptic`].
+#[inline(always)]
+pub(super) fn azimuthal_elliptic<S: Simd>(
+    kappa: f32x8<S>,
+    lag: &Lags<S>,
+    view: &DirectionInFrame,
+    cos_theta_d: f32x8<S>,
+    u: f32x8<S>,
+    fibre: &Fibre,
+    trt: &LobeView,
+) -> [f32x8<S>; 3] {
+    let simd = kappa.token();
+    let cos_view = view.cos_phi * view.cos_phi - view.sin_phi * view.sin_phi;
+    let sin_view = 2.0 * view.sin_phi * view.cos_phi;
+    let sin_half_lag = lag.sin_half.copysign(lag.turn);
+    let cos_lag = sin_half_lag * sin_half_lag * -2.0 + 1.0;
+    let sin_lag = sin_half_lag * lag.cos_half * 2.0;
+    let (x, y) = (kappa * cos_lag + AZIMUTH_BUMP, kappa * sin_lag);
+    let kappa_3 = (x * x + y * y).sqrt().max(1e-6);
+    let [sin_centre, cos_centre] = half_angle(x, y, kappa_3);
+    let by_eta = LobesByEta::new(trt, cos_theta_d);
+    let cosine = (x * cos_view - y * sin_view) / ((kappa_3 * kappa_3 + 2.25).sqrt() + 0.5);
+    let mean = by_eta.at(eta_at(cosine, fibre));
+    let (x, y) = (kappa + cos_lag * AZIMUTH_BUMP, sin_lag * -AZIMUTH_BUMP);
+    let [sin_light, cos_light] = half_angle(x, y, kappa_3);
+    let reach = (f32x8::splat(simd, AZIMUTH_REACH) / kappa_3.sqrt()).min(PI);
+    let growth = exp(clamp(
+        u * AZIMUTH_SHEAR * clamp(sin_lag * AZIMUTH_SIDE, -1.0, 1.0),
+        -AZIMUTH_SHEAR_MAX,
+        AZIMUTH_SHEAR_MAX,
+    ));
+    let cosh = (growth + f32x8::splat(simd, 1.0) / growth) * 0.5;
+    let sinh = growth - cosh;
+    let half_reach = reach * 0.5;
+    let mut total = [f32x8::splat(simd, 0.0); 3];
+    for [at, dense] in AZIMUTHS {
+        let delta = half_reach * (cosh * at + sinh * dense);
+        let (sin, cos) = (sin(delta), cos(delta));
+        let sin_half = sin_centre * cos + cos_centre * sin;
+        let cos_half = cos_centre * cos - sin_centre * sin;
+        let from_light = sin_light * cos + cos_light * sin;
+        let cos_psi = sin_half * sin_half * -2.0 + 1.0;
+        let sin_psi = sin_half * cos_half * 2.0;
+        let eta = eta_at(cos_psi * cos_view - sin_psi * sin_view, fibre);
+        let value = lobes_at_azimuth(&by_eta.at(eta), sin_half, cos_half);
+        let weight = (cosh * dense + sinh * at) * height(kappa, from_light);
+        let of_mean = lobes_at_azimuth(&mean, sin_half, cos_half);
+        for ((total, value), of_mean) in total.iter_mut().zip(value).zip(of_mean) {
+            *total += weight * (value - of_mean);
+        }
+    }
+    let closed = azimuthal_lobes(kappa, sin_half_lag, lag.cos_half, &mean);
+    let step = reach * by_eta.square * (AZIMUTH_STRETCH / (8.0 * PI));
+    for (total, closed) in total.iter_mut().zip(closed) {
+        *total = (closed + step * *total).max(0.0);
+    }
+    total
+}
+
+/// Circular Gaussian of this sharpness, `sin_half` of half the azimuth from its centre.
+#[inline(always)]
+fn height<S: Simd>(kappa: f32x8<S>, sin_half: f32x8<S>) -> f32x8<S> {
+    exp(kappa * -2.0 * (sin_half * sin_half))
+}
+
+/// Sum over the lobes of amplitude times height, over `square`; `sin_half` and `cos_half` of half the
+/// azimuth from their common centre.
+#[inline(always)]
+fn lobes_at_azimuth<S: Simd>(
+    lobes: &Lobes<S>,
+    sin_half: f32x8<S>,
+    cos_half: f32x8<S>,
+) -> [f32x8<S>; 3] {
+    let kappas = sharpnesses(lobes);
+    let mut heights = [height(kappas[0], sin_half); 3];
+    for pair in 0..2 {
+        let middle = sin_half * lobes.cos_half[pair];
+        let apart = cos_half * lobes.sin_half[pair];
+        let kappa = kappas[pair + 1];
+        heights[pair + 1] = height(kappa, middle - apart) + height(kappa, middle + apart);
+    }
+    let mut rgb = heights;
+    for (channel, value) in rgb.iter_mut().enumerate() {
+        let amplitude = &lobes.amplitude;
+        let sum = mul_add(
+            amplitude[1][channel],
+            heights[1],
+            amplitude[0][channel] * heights[0],
+        );
+        *value = mul_add(amplitude[2][channel], heights[2], sum);
+    }
+    rgb
 }

@@ -29,13 +29,13 @@ pub struct Directions<S: Simd> {
     pub sin_phi: f32x8<S>,
 }
 
-/// Eight of [`crate::closed_form::Lag`], of one view.
+/// Eight of [`crate::closed_form::Lag`], of one view, as round fibres and elliptic ones look at them.
 #[derive(Clone, Copy)]
 pub(super) struct Lags<S: Simd> {
     pub sin_half: f32x8<S>,
     pub cos_half: f32x8<S>,
-    pub cos_sum: f32x8<S>,
-    pub cos_view: f32,
+    /// sin(phi_j - phi_o), of which elliptic fibres want the sign.
+    pub turn: f32x8<S>,
 }
 
 impl<S: Simd> Directions<S> {
@@ -71,12 +71,6 @@ pub(super) fn lags_between<S: Simd>(view: &DirectionInFrame, at: &Directions<S>)
     Lags {
         sin_half: ((d_c * d_c + d_s * d_s).sqrt() * 0.5).min(1.0),
         cos_half: ((s_c * s_c + s_s * s_s).sqrt() * 0.5).min(1.0),
-        cos_sum: cos_o * at.cos_phi - sin_o * at.sin_phi,
-        cos_view: cos_view(view),
+        turn: cos_o * at.sin_phi - sin_o * at.cos_phi,
     }
-}
-
-/// cos(2 phi_o).
-pub(super) fn cos_view(view: &DirectionInFrame) -> f32 {
-    view.cos_phi * view.cos_phi - view.sin_phi * view.sin_phi
 }

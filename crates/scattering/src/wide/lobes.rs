@@ -3,7 +3,8 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
-use crate::closed_form::{EVEN_TEXELS, LobeView, N_LOBE_NUMBERS};
+use crate::closed_form::{EVEN_TEXELS, LobeDecode, LobeView, N_LOBE_NUMBERS};
+use crate::lobes::ELLIPTIC_ROWS;
 
 use super::LANES;
 use super::math::{clamp, mul_add};
@@ -32,41 +33,27 @@ fn lobe_place<S: Simd>(warp: f32, cos_theta_d: f32x8<S>) -> f32x8<S> {
     (cos_theta_d * (dense + EVEN_TEXELS)).min(1.0)
 }
 
-/// [`crate::closed_form::sample_lobes`].
+/// [`crate::closed_form::sample_lobes`] of a fibre of one index.
 #[inline(always)]
-pub(super) fn sample_lobes<S: Simd>(
-    view: &LobeView,
-    eta: f32x8<S>,
-    cos_theta_d: f32x8<S>,
-) -> Lobes<S> {
-    let simd = eta.token();
+pub(super) fn sample_lobes<S: Simd>(view: &LobeView, cos_theta_d: f32x8<S>) -> Lobes<S> {
+    let simd = cos_theta_d.token();
     let decode = view.decode;
     let u = lobe_place(decode.warp, cos_theta_d);
     let (first, fraction) = cells(u * decode.last, decode.last);
     let fraction = <[f32; LANES]>::from(fraction);
     let mut halves = [[u; LANES]; 2];
-    if decode.last_row > 0.0 {
-        let at = (eta - decode.eta_first) * decode.eta_scale;
-        let (row, weight) = cells(clamp(at, 0.0, decode.last_row), decode.last_row);
-        let weight = <[f32; LANES]>::from(weight);
-        let width = decode.last as usize + 1;
-        for lane in 0..LANES {
-            let ix = first[lane] as usize + row[lane] as usize * width;
-            let along = f32x8::splat(simd, fraction[lane]);
-            let below = mix_texels(simd, view.texels, ix, along);
-            let above = mix_texels(simd, view.texels, ix + width, along);
-            let across = f32x8::splat(simd, weight[lane]);
-            halves[0][lane] = mul_add(above[0] - below[0], across, below[0]);
-            halves[1][lane] = mul_add(above[1] - below[1], across, below[1]);
-        }
-    } else {
-        for lane in 0..LANES {
-            let along = f32x8::splat(simd, fraction[lane]);
-            let mixed = mix_texels(simd, view.texels, first[lane] as usize, along);
-            halves[0][lane] = mixed[0];
-            halves[1][lane] = mixed[1];
-        }
+    for lane in 0..LANES {
+        let along = f32x8::splat(simd, fraction[lane]);
+        let mixed = mix_texels(simd, view.texels, first[lane] as usize, along);
+        halves[0][lane] = mixed[0];
+        halves[1][lane] = mixed[1];
     }
+    lobes_of(halves, u * u)
+}
+
+/// The lobes of numbers by lane.
+#[inline(always)]
+fn lobes_of<S: Simd>(mut halves: [[f32x8<S>; LANES]; 2], square: f32x8<S>) -> Lobes<S> {
     // A loop, and not twice the code.
     for half in &mut halves {
         *half = transpose(*half);
@@ -77,7 +64,62 @@ pub(super) fn sample_lobes<S: Simd>(
         cos_half: [a[3], a[5]],
         sin_half: [a[4], a[6]],
         amplitude: [[a[7], b[2], b[5]], [b[0], b[3], b[6]], [b[1], b[4], b[7]]],
-        square: u * u,
+        square,
+    }
+}
+
+/// The lobes of an elliptic fibre at eight inclinations, of every index: numbers by row, lane and half.
+pub(super) struct LobesByEta<'a, S: Simd> {
+    rows: [[[f32x8<S>; 2]; LANES]; ELLIPTIC_ROWS],
+    decode: &'a LobeDecode,
+    /// Factor of all amplitudes.
+    pub square: f32x8<S>,
+}
+
+impl<'a, S: Simd> LobesByEta<'a, S> {
+    /// Of this view.
+    #[inline(always)]
+    pub fn new(view: &LobeView<'a>, cos_theta_d: f32x8<S>) -> LobesByEta<'a, S> {
+        let simd = cos_theta_d.token();
+        let decode = view.decode;
+        let u = lobe_place(decode.warp, cos_theta_d);
+        let (first, fraction) = cells(u * decode.last, decode.last);
+        let fraction = <[f32; LANES]>::from(fraction);
+        let width = decode.last as usize + 1;
+        // One, all the same, next to a round fibre.
+        let last_row = decode.last_row as usize;
+        let mut rows = [[[u; 2]; LANES]; ELLIPTIC_ROWS];
+        for (row, numbers) in rows.iter_mut().enumerate() {
+            for lane in 0..LANES {
+                let along = f32x8::splat(simd, fraction[lane]);
+                let ix = first[lane] as usize + row.min(last_row) * width;
+                numbers[lane] = mix_texels(simd, view.texels, ix, along);
+            }
+        }
+        LobesByEta {
+            rows,
+            decode,
+            square: u * u,
+        }
+    }
+
+    /// Those of index `eta`: [`crate::closed_form::sample_lobes`].
+    #[inline(always)]
+    pub fn at(&self, eta: f32x8<S>) -> Lobes<S> {
+        let simd = eta.token();
+        let last = (ELLIPTIC_ROWS - 1) as f32;
+        let at = (eta - self.decode.eta_first) * self.decode.eta_scale;
+        let (row, weight) = cells(clamp(at, 0.0, last), last);
+        let weight = <[f32; LANES]>::from(weight);
+        let mut halves = [[eta; LANES]; 2];
+        for lane in 0..LANES {
+            let row = (row[lane] as usize).min(ELLIPTIC_ROWS - 2);
+            let (below, above) = (self.rows[row][lane], self.rows[row + 1][lane]);
+            let across = f32x8::splat(simd, weight[lane]);
+            halves[0][lane] = mul_add(above[0] - below[0], across, below[0]);
+            halves[1][lane] = mul_add(above[1] - below[1], across, below[1]);
+        }
+        lobes_of(halves, self.square)
     }
 }
 

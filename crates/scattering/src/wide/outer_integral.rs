@@ -131,6 +131,13 @@ impl<S: Simd> OuterRules<S> {
         outer_nodes(self, self.node_constants(counts, ix))
     }
 
+    /// Place u of node `ix` of each lane among [`GAUSS_HERMITE`].
+    #[inline(always)]
+    pub fn node_u(&self, counts: [u32; 3], ix: u32) -> f32x8<S> {
+        let [u, ..] = self.node_constants(counts, ix);
+        u
+    }
+
     /// As [`OuterRules::node`], [`crate::closed_form::node_place`].
     #[inline(always)]
     pub fn place(&self, counts: [u32; 3], ix: u32) -> NodePlaces<S> {

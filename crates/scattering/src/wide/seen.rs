@@ -19,7 +19,7 @@ pub(super) struct Seen {
     /// Their places in [`WideLights`].
     pub wanted: Vec<u32>,
     /// theta_j, lambda_j^2, kappa_j = 2 cos(theta_j) / lambda_j^2, and the lag: sin(phi/2), cos(phi/2),
-    /// cos(phi_o + phi_j). Each by place in `wanted`, of whole vectors.
+    /// sin(phi_j - phi_o). Each by place in `wanted`, of whole vectors.
     pub numbers: [Vec<f32>; 6],
     /// Places in `wanted` of the lights that a mode answers to, and about how much, times their weight.
     pub of_mode: Expected,
@@ -89,7 +89,7 @@ pub(super) fn see<S: Simd>(
                     kappa_j,
                     lag.sin_half,
                     lag.cos_half,
-                    lag.cos_sum,
+                    lag.turn,
                 ];
                 for (numbers, all) in numbers.iter_mut().zip(all) {
                     numbers.extend_from_slice(&<[f32; LANES]>::from(all));

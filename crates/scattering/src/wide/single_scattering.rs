@@ -11,9 +11,9 @@ use super::LANES;
 use super::azimuthal::azimuthal_lobes;
 use super::azimuthal_r::{Columns, azimuthal_r};
 use super::dispatch;
-use super::eccentric::eta_star;
+use super::eccentric::azimuthal_elliptic;
 use super::fisher::{fisher_density, fisher_rules};
-use super::frame::{Lags, Place, cos_view};
+use super::frame::{Lags, Place};
 use super::lights::WideLights;
 use super::lobes::sample_lobes;
 use super::math::{bessel_i0e_fast, cos, sin};
@@ -176,12 +176,11 @@ fn mode_of_lights<S: Simd>(
     for (number, seen) in numbers.iter_mut().zip(seen) {
         *number = f32x8::load_array_ref(simd, seen);
     }
-    let [theta_j, variance_j, kappa_j, sin_half, cos_half, cos_sum] = numbers;
+    let [theta_j, variance_j, kappa_j, sin_half, cos_half, turn] = numbers;
     let lag = Lags {
         sin_half,
         cos_half,
-        cos_sum,
-        cos_view: cos_view(view),
+        turn,
     };
     let fibre = shading.fibre;
     if fibre.is_energy() {
@@ -218,20 +217,22 @@ fn mode_of_lights<S: Simd>(
             let value = azimuthal_r(kappa, &columns, cos_theta_d, shading.reflectance, table);
             total[0] += factor * value;
         }
+    } else if mode == 2 && fibre.is_elliptic() {
+        for (ix, [kappa, cos_theta_d, factor]) in nodes[..n_nodes].iter().copied().enumerate() {
+            let u = rules.node_u(counts, ix as u32);
+            let value = azimuthal_elliptic(kappa, &lag, view, cos_theta_d, u, fibre, &shading.trt);
+            for (total, value) in total.iter_mut().zip(value) {
+                *total += factor * value;
+            }
+        }
     } else {
+        // TT is seen from phi = pi: sin((phi - pi)/2) = -cos(phi/2); lobes are even.
+        let (lobes, sin_half, cos_half) = match mode {
+            1 => (&shading.tt, cos_half, sin_half),
+            _ => (&shading.trt, sin_half, cos_half),
+        };
         for [kappa, cos_theta_d, factor] in nodes[..n_nodes].iter().copied() {
-            // TT is seen from phi = pi: sin((phi - pi)/2) = -cos(phi/2); lobes are even.
-            let (lobes, sin_half, cos_half, eta) = match mode {
-                1 => {
-                    let eta = f32x8::splat(simd, fibre.eta);
-                    (&shading.tt, cos_half, sin_half, eta)
-                }
-                _ => {
-                    let eta = eta_star(kappa, &lag, fibre);
-                    (&shading.trt, sin_half, cos_half, eta)
-                }
-            };
-            let lobes = sample_lobes(lobes, eta, cos_theta_d);
+            let lobes = sample_lobes(lobes, cos_theta_d);
             let value = azimuthal_lobes(kappa, sin_half, cos_half, &lobes);
             for (total, value) in total.iter_mut().zip(value) {
                 *total += factor * value;
@@ -284,7 +285,6 @@ fn energy_of_lights<S: Simd>(
             total[0] += factor * value;
         }
     } else {
-        let eta = f32x8::splat(simd, fibre.eta);
         let (lobes, sin_half, cos_half, further) = match mode {
             1 => (&shading.tt, lag.cos_half, lag.sin_half, [0.0; 3]),
             _ => {
@@ -292,7 +292,7 @@ fn energy_of_lights<S: Simd>(
                 (&shading.trt, lag.sin_half, lag.cos_half, further)
             }
         };
-        let lobes = sample_lobes(lobes, eta, cos_theta_d);
+        let lobes = sample_lobes(lobes, cos_theta_d);
         for [kappa, factor] in nodes[..n_nodes].iter().copied() {
             let value = azimuthal_lobes(kappa, sin_half, cos_half, &lobes);
             let even = bessel_i0e_fast(kappa);

@@ -4,12 +4,13 @@ use strandlight_scattering::closed_form::paper::{
     self, transmittance_dielectric, transmittance_schlick,
 };
 use strandlight_scattering::closed_form::{
-    AverageTexel, DirectionInFrame, GAUSS_HERMITE, LightInFrame, Shading, Tables, azimuthal_r,
-    azimuthal_trt, azimuthal_tt, bessel_i0e, bessel_i0e_fast, bessel_i1e, c_0,
-    direct_local_scattering, erf_pair, eta_star, further_orders, global_scattering,
-    global_scattering_mode, half_circle, inclination, lag_between, lobe_integral, local_scattering,
-    mean_cosine, outer_node, outer_rule, product_integral, sample_averages, sample_lobes,
-    single_scattering, single_scattering_mode, table_cell,
+    AverageTexel, DirectionInFrame, GAUSS_HERMITE, LightInFrame, Shading, Tables,
+    azimuthal_elliptic_of_two, azimuthal_r, azimuthal_trt, azimuthal_tt, bessel_i0e,
+    bessel_i0e_fast, bessel_i1e, c_0, direct_local_scattering, elliptic_lag, erf_pair,
+    further_orders, global_scattering, global_scattering_mode, half_circle, inclination,
+    lag_between, lobe_integral, local_scattering, mean_cosine, outer_node, outer_rule,
+    product_integral, sample_averages, sample_lobes, single_scattering, single_scattering_mode,
+    table_cell,
 };
 
 use super::{Function, MODE_ALL, Query, Scheme};
@@ -148,10 +149,15 @@ fn by_lobes(q: &Query, shading: &Shading) -> [f32; 3] {
             azimuthal_tt(kappa, &lag, &lobes)
         }
         _ => {
-            let eta = eta_star(kappa, &lag, shading.fibre);
-            let value = azimuthal_trt(kappa, &lag, &sample_lobes(&shading.trt, eta, cos_theta_d));
+            let fibre = shading.fibre;
+            if fibre.is_elliptic() {
+                let lag = elliptic_lag(view, &q.light, &lag);
+                return azimuthal_elliptic_of_two(kappa, &lag, cos_theta_d, fibre, &shading.trt);
+            }
+            let lobes = sample_lobes(&shading.trt, fibre.eta, cos_theta_d);
+            let value = azimuthal_trt(kappa, &lag, &lobes);
             // None of model `marschner`.
-            let further = further_orders(shading.fibre, cos_theta_d);
+            let further = further_orders(fibre, cos_theta_d);
             let even = bessel_i0e_fast(kappa);
             std::array::from_fn(|channel| value[channel] + even * further[channel])
         }
