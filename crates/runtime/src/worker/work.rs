@@ -15,7 +15,7 @@ use super::WorkerError;
 use super::message::{Answer, Batch, Blobs, DocumentPaint, Edit, Report, decode, encode};
 use crate::viewer::unmuted_scene;
 
-/// Work before messages are looked at again. Steps take some 100 ms at most.
+/// Work before messages are looked at again; one step at least.
 const BUDGET: Duration = Duration::from_millis(4);
 
 /// Draws what a [`WorkerRenderer`](super::WorkerRenderer) tells it.
