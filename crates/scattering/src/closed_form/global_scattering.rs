@@ -29,8 +29,8 @@ use super::outer_integral::{
 use super::single_scattering::Shading;
 
 /// N_TRT^G of an elliptic fibre, per channel: N_TRT averaged over the half circle of azimuths about the
-/// light, as [`super::half_circle_trt`]; `u` as in [`azimuthal_elliptic`]. A node counts for the
-/// part of its step that lies in the half circle.
+/// light, as [`super::half_circle_trt`]; `u` as in [`super::azimuthal_elliptic`]. A node counts for
+/// the part of its step that lies in the half circle.
 pub fn half_circle_elliptic(
     lag: &EllipticLag,
     cos_theta_d: f32,
