@@ -8,7 +8,7 @@ use strandlight_reference::converge::Converged;
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scene::camera::Camera;
 use strandlight_scene::layers::{self, Data, Layer};
-use strandlight_scene::{DisplayTransform, Picture, PreparedScene, RenderError};
+use strandlight_scene::{DisplayTransform, Picture, PreparedScene, RenderError, tone};
 
 use crate::apart::apart;
 use crate::interactive::new_version;
@@ -385,8 +385,8 @@ pub fn of_strands(
 }
 
 /// Relative luminance of linear Rec.709.
-pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
+pub fn luminance(rgb: [f32; 3]) -> f32 {
+    tone::luminance(rgb.map(f64::from)) as f32
 }
 
 /// Stops from middle grey.

@@ -17,6 +17,11 @@ pub const TONE_AGX: u32 = 2;
 /// A LUT in place of the curve in shaders; [`ToneMap::Aces2`] is one.
 pub const TONE_LUT: u32 = 3;
 
+/// Relative luminance of linear Rec.709, which has that of white as 1.
+pub fn luminance([r, g, b]: [f64; 3]) -> f64 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
 /// sRGB in 0..=1 of linear Rec.709 radiance (exposure already applied). [`ToneMap::Aces2`] is
 /// interpolated in a table of [`aces2()`] that its first use makes, in some 40 ms.
 pub fn display(rgb: [f32; 3], tone_map: ToneMap) -> [f32; 3] {

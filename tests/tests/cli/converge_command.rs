@@ -302,6 +302,25 @@ fn a_scene_converges_to_the_map_that_it_names() {
     assert!(of_lights == converged("plain.toml", "plain.exr", "").0);
     assert!(of_lights != by_key && report["inputs"]["strandlight/map"].is_null());
 
+    // Ground truth is lit likewise, and so is what `bench` measures.
+    let common = "--method path --json --quiet --samples 2 --size 30x20 -o";
+    let traced = |scene: &str, more: &str| {
+        let report = json(at, &format!("reference {scene} {common} t.exr{more}"));
+        (fs::read(at.join("t.exr")).expect("written"), report)
+    };
+    let (by_key, report) = traced("a.toml", "");
+    let (by_flag, of_flag) = traced("plain.toml", " --map maps/wide.hdr");
+    assert!(by_key == by_flag, "the key is the flag");
+    assert_eq!(report["inputs"], of_flag["inputs"]);
+    assert!(traced("a.toml", " --map maps/small.hdr").0 != by_key);
+    let of_lights = traced("a.toml", " --set lights.map=null").0;
+    assert!(of_lights != by_key && of_lights == traced("plain.toml", "").0);
+    let options = "--size 30x20 --samples 2 --truth-samples 4 --seeds 1 --json --quiet";
+    let measured = json(at, &format!("bench converge a.toml plain.toml {options}"));
+    let [of_map, of_lights] = [0, 1].map(|ix: usize| &measured["scenes"][ix]);
+    assert!(of_map["map"].is_string() && of_lights["map"].is_null());
+    assert_ne!(of_map["truth_noise"], of_lights["truth_noise"]);
+
     // Nothing else reads it, and what it is made from is what it was.
     with_map("gone.toml", Some("maps/gone.hdr"));
     let fast = "--backend cpu --quiet --size 30x20 -o";
@@ -316,9 +335,15 @@ fn a_scene_converges_to_the_map_that_it_names() {
         ("../a.lights", "a.lights: neither OpenEXR"),
     ] {
         with_map("gone.toml", Some(&format!("maps/{name}")));
-        let line = format!("render gone.toml {common} x.exr");
-        refused(at, &line, "gone.toml: lights.map: ");
-        refused(at, &line, needle);
+        let lines = [
+            format!("render gone.toml --converge {fast} x.exr"),
+            format!("reference gone.toml {common} x.exr"),
+            "bench converge plain.toml gone.toml --quiet".to_owned(),
+        ];
+        for line in lines {
+            refused(at, &line, "gone.toml: lights.map: ");
+            refused(at, &line, needle);
+        }
         assert!(!at.join("x.exr").exists());
     }
     // A file of the scene is not written over.

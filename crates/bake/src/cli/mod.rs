@@ -8,6 +8,7 @@ pub mod demo;
 pub mod export;
 pub mod groom;
 pub mod inspect;
+mod light;
 pub mod lights;
 pub mod man;
 pub mod mesh;

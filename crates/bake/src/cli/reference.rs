@@ -8,14 +8,13 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use serde_json::{Value, json};
-use strandlight_formats::{Scattering, Scene, content_hash, counted};
+use strandlight_formats::{LightsSection, Scattering, Scene, content_hash, counted};
 use strandlight_images::Map;
-use strandlight_reference::environment::LightSampler;
 use strandlight_reference::rays::Rays;
 use strandlight_reference::{
-    Averages, Backdrop, Densities, Directional, Environment, FibreTables, Film, Integrator,
-    MAX_TRUTH_SAMPLES, MeshRays, Method, Painted, PathTracer, RayShoot, ReferenceFile,
-    ReferencePart, samples_of_part, whole_samples,
+    Averages, Backdrop, Densities, Directional, FibreTables, Film, Integrator, MAX_TRUTH_SAMPLES,
+    MeshRays, Method, Painted, PathTracer, RayShoot, ReferenceFile, ReferencePart, samples_of_part,
+    whole_samples,
 };
 use strandlight_runtime::options::{parse_key, parse_size, parse_time};
 use strandlight_scattering::closed_form::PaintTexel;
@@ -34,6 +33,7 @@ use super::{
     Failure, Outcome, check_extension, check_not_of_scene, check_outputs, is_stream, note,
     print_line, write_output,
 };
+use crate::cli::light::{environment_of, map_of};
 use crate::cli::overrides::scene_with;
 use crate::cli::progress::progress;
 use crate::cli::shard::{self, Shard};
@@ -89,6 +89,8 @@ struct TraceArgs {
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
     /// Light the scene with this OpenEXR or Radiance map, rotated and scaled as in the scene
+    /// [default: the scene's lights.map; the light set where it has none, or with lights.map=null
+    /// in --set]
     #[arg(long, value_name = "MAP")]
     map: Option<PathBuf>,
     /// ray-shoot: forward scattering density d_f, 0 to 1 [default: the scene's]
@@ -260,7 +262,11 @@ fn trace(args: &TraceArgs) -> Outcome {
             return Err(Failure::file(&args.scene, fault));
         }
     }
-    let (environment, from_map) = environment(args, &scene, &prepared)?;
+    let map = map_of(args.map.as_deref(), (&args.scene, &scene))?;
+    let from_map = map
+        .as_ref()
+        .map_or(String::new(), |map| light_of(map, &scene.lights));
+    let environment = environment_of(map.as_ref(), &scene, &prepared);
     let n_lights = args.lights.unwrap_or(match method {
         Method::Directional => 1536,
         _ => 4,
@@ -288,8 +294,8 @@ fn trace(args: &TraceArgs) -> Outcome {
     let mut provenance = provenance
         .map_err(|error| Failure::input(error.in_file(&args.scene)))?
         .with("options", &options);
-    if let Some(hash) = from_map.split(' ').next().filter(|hash| !hash.is_empty()) {
-        provenance = provenance.with("map", hash);
+    if let Some(map) = &map {
+        provenance = provenance.with("map", &map.source().hash);
     }
     // Of scenes without a panorama the text is as it always was.
     let behind = provenance.get(PANORAMA);
@@ -462,30 +468,15 @@ fn painted_averages(scene: &PreparedScene, method: Method) -> PaintedAverageTabl
     PaintedAverageTable::new(scene.hair.hair(), scene.hair.fresnel(), size)
 }
 
-/// The light, and what decides it if it is taken from a map.
-fn environment(
-    args: &TraceArgs,
-    scene: &Scene,
-    prepared: &PreparedScene,
-) -> Result<(Environment, String), Failure> {
-    let Some(path) = &args.map else {
-        let lights = LightSampler::new(&prepared.lights);
-        return Ok((Environment::Lights(lights), String::new()));
-    };
-    let map = Map::read(path).map_err(Failure::input)?;
-    let lights = &scene.lights;
-    let mut decided = format!(
-        "{} {} {}",
-        map.source().hash,
-        lights.rotate_deg,
-        lights.intensity
-    );
+/// What decides the light of a map.
+fn light_of(map: &Map, lights: &LightsSection) -> String {
+    let hash = &map.source().hash;
+    let mut decided = format!("{hash} {} {}", lights.rotate_deg, lights.intensity);
     // Parts that were begun before tints counted go on.
     if lights.tint != [1.0; 3] {
         decided += &format!(" {:?}", lights.tint);
     }
-    let environment = Environment::of_map(map.grid(), map.pixels(), lights, &prepared.lights);
-    Ok((environment, decided))
+    decided
 }
 
 /// Hash of what decides the picture.

@@ -8,7 +8,7 @@ use strandlight_formats::{LightSet, SrbfLight};
 use super::cells::radiance;
 use super::sphere::dot;
 use strandlight_images::{LatLong, Map};
-use strandlight_scene::png_file;
+use strandlight_scene::{png_file, tone::luminance};
 
 /// Pixels across one of the four pictures of [`preview_png`].
 const WIDTH: usize = 640;
@@ -191,10 +191,6 @@ fn exposure(panel: &Panel<f64>) -> f64 {
         return 1.0;
     }
     0.2 / (logs.iter().sum::<f64>() / logs.len() as f64).exp()
-}
-
-fn luminance(rgb: [f64; 3]) -> f64 {
-    0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]
 }
 
 fn toned(panel: &Panel<f64>, exposure: f64) -> Panel<u8> {

@@ -26,9 +26,9 @@ pub const LIGHTS: Section<LightsSection> = Section {
              `\"panorama\"`. It turns with `rotate_deg`, times `intensity` and `tint`.",
         ),
         Param::new("map", "Map", Kind::File, at!(LightsSection.map)).help(
-            "The HDR map that the lights were fitted to, OpenEXR or Radiance: `render --converge` and ground \
-             truth in the window go to its light, not to that of the light set. It turns with `rotate_deg`, times \
-             `intensity` and `tint`; single lights of the set count only where pictures start from. Nothing else \
+            "The HDR map that the lights were fitted to, OpenEXR or Radiance: `render --converge`, `reference`, \
+             `bench converge` and ground truth in the window take its light, not that of the light set. It turns \
+             with `rotate_deg`, times `intensity` and `tint`; single lights of the set count only where pictures start from. Nothing else \
              reads it.",
         ),
         Param::number(

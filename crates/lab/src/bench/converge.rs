@@ -14,7 +14,7 @@ use strandlight_reference::environment::LightSampler;
 use strandlight_reference::{Environment, PathTracer, TracedScene};
 use strandlight_scattering::exact::BcsdfError;
 use strandlight_scattering::random::SplitMix64;
-use strandlight_scene::{Backend, Picture, PreparedScene, RenderError};
+use strandlight_scene::{Backend, LatLong, Picture, PreparedScene, RenderError};
 
 use super::peers::log_slope;
 use super::plot::{AxisStyle, Figure, Mark, Panel, Series};
@@ -211,13 +211,14 @@ pub fn n_steps(options: &Options) -> u64 {
     1 + 2 + u64::from(options.seeds) * of_a_seed
 }
 
-/// Converges the scattering that `scene` has on its light set, with nothing behind it. `done` is called after each of
-/// [`n_steps`].
+/// Converges the scattering that `scene` has, with nothing behind it, in the light of a `map`, its pixels from the top row
+/// on, or without one in that of the light set. `done` is called after each of [`n_steps`].
 ///
 /// # Errors
 /// As [`ConvergeError`] has them.
 pub fn converge(
     scene: &Scene,
+    map: Option<(LatLong, &[[f32; 3]])>,
     options: &Options,
     done: &dyn Fn(),
 ) -> Result<Convergences, ConvergeError> {
@@ -232,7 +233,10 @@ pub fn converge(
     done();
     let (traced, traced_core_seconds) = clocked(|| TracedScene::new(&base));
     let traced = traced?;
-    let environment = Environment::Lights(LightSampler::new(&base.lights));
+    let environment = match map {
+        None => Environment::Lights(LightSampler::new(&base.lights)),
+        Some((grid, pixels)) => Environment::of_map(grid, pixels, &scene.lights, &base.lights),
+    };
     let tracer = traced.tracer(&environment);
     let tracer = tracer.with_scattering(base.scattering());
     let mut seeds = SplitMix64(options.seed);

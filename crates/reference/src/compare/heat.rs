@@ -1,6 +1,6 @@
 //! Differences as pictures.
 
-use strandlight_scene::png_file;
+use strandlight_scene::{png_file, tone};
 
 use super::statistics::hair_mask;
 use super::{CompareError, FlipMap, Layer};
@@ -44,10 +44,8 @@ pub fn flip_png(map: &FlipMap) -> Result<Vec<u8>, CompareError> {
     encode(map.width, map.height, &pixels)
 }
 
-/// Luminance of linear Rec.709.
 fn luminance(rgb: [f32; 3]) -> f64 {
-    let [r, g, b] = rgb.map(f64::from);
-    0.2126 * r + 0.7152 * g + 0.0722 * b
+    tone::luminance(rgb.map(f64::from))
 }
 
 /// -1 blue, 0 white, 1 red.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 use strandlight_formats::counted;
+use strandlight_images::Map;
 use strandlight_lab::bench::converge::{
     ConvergeError, Convergences, Options, converge, figure, n_steps,
 };
@@ -12,6 +13,7 @@ use strandlight_scene::RenderError;
 use strandlight_scene::budget::MAX_TARGET_SIDE;
 
 use super::scenes;
+use crate::cli::light::map_of;
 use crate::cli::progress::progress;
 use crate::cli::{Failure, Outcome, check_extension, check_outputs, print_line, write_output};
 
@@ -20,7 +22,8 @@ use crate::cli::{Failure, Outcome, check_extension, check_outputs, print_line, w
 /// For each number of samples: core-seconds; the error of the samples' plain means, of the converged
 /// picture, and what it expects; the share of 16x16 tiles within its 95 % interval. Errors are relative
 /// RMSEs of means over 4x4 pixels; the truth is path tracing too, two independent halves of it, so that
-/// its noise does not count.
+/// its noise does not count. Light is that of the map of scenes that name one (lights.map), of the light
+/// set of others.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene files (TOML)
@@ -71,19 +74,24 @@ pub fn run(args: &Args) -> Outcome {
     };
     let scenes = scenes::read(&args.scenes)?;
     scenes::check(&args.scenes, &scenes, args.size)?;
-    let measured = args.scenes.iter().zip(&scenes).map(|(path, scene)| {
+    let named = args.scenes.iter().map(PathBuf::as_path).zip(&scenes);
+    let maps = named.map(|named| map_of(None, named));
+    let maps = maps.collect::<Result<Vec<Option<Map>>, Failure>>()?;
+    let scenes = scenes.iter().zip(&maps);
+    let measured = args.scenes.iter().zip(scenes).map(|(path, (scene, map))| {
         let progress = progress("pictures", n_steps(&options));
-        let found = converge(scene, &options, &|| progress.advance(1));
+        let pixels = map.as_ref().map(|map| (map.grid(), map.pixels()));
+        let found = converge(scene, pixels, &options, &|| progress.advance(1));
         progress.finish();
         let found = found.map_err(|error| match error {
             ConvergeError::Render(RenderError::Scene(error)) => Failure::input(error.in_file(path)),
             error => Failure::file(path, error),
         })?;
         if !args.json {
-            print_converge(path, &found)?;
+            print_converge(path, map.is_some(), &found)?;
         }
         let panel = found.panel(&path.display().to_string());
-        Ok((document(path, &found), panel))
+        Ok((document(path, map.as_ref(), &found), panel))
     });
     let (measured, ended) = scenes::until_failure(measured);
     if measured.is_empty() {
@@ -103,13 +111,14 @@ pub fn run(args: &Args) -> Outcome {
     ended
 }
 
-fn document(path: &Path, found: &Convergences) -> Value {
+fn document(path: &Path, map: Option<&Map>, found: &Convergences) -> Value {
     let mut document = found.to_json();
     document["scene"] = json!(path.display().to_string());
+    document["map"] = json!(map.map(|map| &map.source().hash));
     document
 }
 
-fn print_converge(path: &Path, found: &Convergences) -> Outcome {
+fn print_converge(path: &Path, has_map: bool, found: &Convergences) -> Outcome {
     let [strands, points, lights] = found.counts;
     let [width, height] = found.size;
     let percent = |value: Option<f64>, digits: usize| match value {
@@ -118,11 +127,12 @@ fn print_converge(path: &Path, found: &Convergences) -> Outcome {
     };
     let seconds = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.1}"));
     print_line(format_args!(
-        "{}: {}, {}, {}, {} scattering, {width}x{height}, {}",
+        "{}: {}, {}, {}{}, {} scattering, {width}x{height}, {}",
         path.display(),
         counted(strands, "strand", "strands"),
         counted(points, "point", "points"),
         counted(lights, "light", "lights"),
+        if has_map { ", by the map" } else { "" },
         found.scattering.name(),
         counted(found.seeds, "seed", "seeds")
     ))?;

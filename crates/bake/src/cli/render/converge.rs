@@ -5,11 +5,9 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 use strandlight_formats::{Background, Scene, counted};
-use strandlight_images::Map;
 use strandlight_images::exr_file::{self, floats};
 use strandlight_reference::converge::{Converged, Convergence, TILE, next_step};
-use strandlight_reference::environment::LightSampler;
-use strandlight_reference::{Environment, MAX_TRUTH_SAMPLES, TracedScene};
+use strandlight_reference::{MAX_TRUTH_SAMPLES, TracedScene};
 use strandlight_scene::files::Files;
 use strandlight_scene::provenance::{Provenance, Recorder};
 use strandlight_scene::{PreparedScene, SceneError};
@@ -17,6 +15,7 @@ use strandlight_scene::{PreparedScene, SceneError};
 use super::args::{Args, Format};
 use super::report::{inputs, report};
 use super::until::Until;
+use crate::cli::light::{environment_of, map_of};
 use crate::cli::progress::progress;
 use crate::cli::{Failure, Outcome, note, print_line, write_output};
 
@@ -40,13 +39,11 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
     let prepared = PreparedScene::load_at(scene, args.time).map_err(in_scene)?;
     let provenance = Recorder::new(&Files::Disk).record(scene, args.time);
     let mut provenance = provenance.map_err(in_scene)?;
-    let environment = match map_of(args, scene)? {
-        None => Environment::Lights(LightSampler::new(&prepared.lights)),
-        Some(map) => {
-            provenance = provenance.with("map", &map.source().hash);
-            Environment::of_map(map.grid(), map.pixels(), &scene.lights, &prepared.lights)
-        }
-    };
+    let map = map_of(args.map.as_deref(), (&args.scene, scene))?;
+    if let Some(map) = &map {
+        provenance = provenance.with("map", &map.source().hash);
+    }
+    let environment = environment_of(map.as_ref(), scene, &prepared);
     // What is behind the hair comes last.
     let mut over_nothing = prepared.clone();
     over_nothing.background = Background::None;
@@ -128,15 +125,6 @@ pub fn run(args: &Args, scene: &Scene, format: Format, size: [u32; 2]) -> Outcom
         100.0 * converged.relative_error,
         bytes.len()
     ))
-}
-
-/// The map that the picture goes to the light of: that of the flag, or else that of the scene.
-fn map_of(args: &Args, scene: &Scene) -> Result<Option<Map>, Failure> {
-    if let Some(path) = &args.map {
-        return Map::read(path).map(Some).map_err(Failure::input);
-    }
-    let map = scene.map_path().map(|path| Map::read(&path)).transpose();
-    map.map_err(|error| Failure::file(&args.scene, format!("lights.map: {error}")))
 }
 
 /// Corrections may leave a pixel a little below black, or light where no hair covers it, which programs that divide by alpha
