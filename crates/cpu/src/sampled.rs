@@ -1,6 +1,7 @@
 //! Pictures by samples, as a GPU draws them: every point is lit and shaded, and strands are rasterised.
 
 use strandlight_scattering::closed_form::PackedRecord;
+use strandlight_scene::beside::Beside;
 use strandlight_scene::bounce::passed_weights;
 use strandlight_scene::budget::{LIGHT_BATCH, check_frame};
 use strandlight_scene::camera::{Camera, ViewUniform, view_uniform};
@@ -144,6 +145,39 @@ pub fn point_radiance(
     Ok(radiance)
 }
 
+/// Draws the shadow maps of a plan, and those through to the eye.
+fn seen_by_maps(
+    scene: &PreparedScene,
+    view: &ViewUniform,
+    (plan, beside): (&ShadowPlan, &Beside),
+    stats: &mut Stats,
+) -> Visibility {
+    let (visibility, seconds) = timed(|| {
+        let strands = &scene.strands;
+        let mut visibility = Visibility::new(plan, strands.points.len());
+        for views in [&plan.views, &plan.through(view.forward)] {
+            stats.texels_visited += draw_maps(strands, views, beside, &mut visibility);
+        }
+        let mixture = plan.mixture(view.forward);
+        through_shares(strands, view.eye, &mixture, &mut visibility);
+        visibility
+    });
+    let bytes = 4 * (visibility.shares.len() + visibility.answers.len()) as u64;
+    stats.stages.push(stage("shadow maps", seconds, bytes));
+    visibility
+}
+
+/// A stage that ran once.
+fn stage(name: &'static str, seconds: f64, bytes: u64) -> Stage {
+    Stage {
+        name,
+        milliseconds: 1e3 * seconds,
+        bytes,
+        runs: 1,
+        gpu_milliseconds: None,
+    }
+}
+
 /// Transmittance and shading, in batches of lights. The shadows of narrow lights are found along segments, or else
 /// at points.
 fn light(
@@ -175,23 +209,7 @@ fn light(
         ShadowSource::Sweep => scene.shadow_plan(),
         ShadowSource::Points(_) => ShadowPlan::default(),
     };
-    let (visibility, shadow_s) = timed(|| {
-        let strands = &scene.strands;
-        let mut visibility = Visibility::new(&plan, strands.points.len());
-        for views in [&plan.views, &plan.through(view.forward)] {
-            stats.texels_visited += draw_maps(strands, views, &beside, &mut visibility);
-        }
-        let mixture = plan.mixture(view.forward);
-        through_shares(strands, view.eye, &mixture, &mut visibility);
-        visibility
-    });
-    stats.stages.push(Stage {
-        name: "shadow maps",
-        milliseconds: 1e3 * shadow_s,
-        bytes: 4 * (visibility.shares.len() + visibility.answers.len()) as u64,
-        runs: 1,
-        gpu_milliseconds: None,
-    });
+    let visibility = seen_by_maps(scene, view, (&plan, &beside), stats);
     let voxels = beside.places_of_voxels(grid);
     for batch in lights.chunks(LIGHT_BATCH) {
         let ((found, n_open), seconds) = timed(|| match shadows {
@@ -239,20 +257,8 @@ fn light(
         });
         shade_s += seconds;
     }
-    stats.stages.push(Stage {
-        name: "transmittance",
-        milliseconds: 1e3 * sweep_s,
-        bytes,
-        runs: 1,
-        gpu_milliseconds: None,
-    });
-    stats.stages.push(Stage {
-        name: "shade",
-        milliseconds: 1e3 * shade_s,
-        bytes: radiance.bytes(),
-        runs: 1,
-        gpu_milliseconds: None,
-    });
+    stats.stages.push(stage("transmittance", sweep_s, bytes));
+    stats.stages.push(stage("shade", shade_s, radiance.bytes()));
     stats.points_skipped = counts.points_skipped;
     stats.set_terms(&counts.terms);
     Ok(radiance)

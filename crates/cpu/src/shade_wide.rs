@@ -11,8 +11,8 @@ use strandlight_scattering::closed_form::{
 };
 use strandlight_scattering::multiple_tables::{MultipleTables, PaintedTables};
 use strandlight_scattering::wide::{
-    Directions, LANES, Level, Peaks, Place, Responses, Roulette, ShadowRecords, Simd, WideLights,
-    dispatch, f32x8, forward_light, local_density, prelude::*, sample_forward, single_scattering,
+    LANES, Level, Peaks, Place, Responses, Roulette, Simd, WideLights, dispatch, f32x8, prelude::*,
+    single_scattering,
 };
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::ViewUniform;
@@ -20,10 +20,12 @@ use strandlight_scene::scene::LightRecord;
 
 mod bounce;
 mod eight_lights;
+mod multiple;
+mod narrow;
 mod optics;
 mod shadowed;
 
-use super::along_segments::{Along, Nodes, PLACES, add_along, frames_about, shares_along};
+use super::along_segments::{Along, PLACES};
 use super::arriving::{Arriving, lit_columns};
 use super::axis_shares::AxisShares;
 use super::draft_multiple::{DraftPoint, LightColumns};
@@ -35,7 +37,9 @@ use super::unblocked::{Unblocked, VisiblePoint};
 
 pub(super) use bounce::Fibres;
 use eight_lights::EightLights;
-use optics::{LastPainted, Painted, PlainOptics, PointOptics, Seen};
+use multiple::Multiple;
+use narrow::{AlongOf, Narrow};
+use optics::{LastPainted, Painted, PlainOptics, PointOptics};
 
 /// Visible points that a thread shades at a time.
 const CHUNK: usize = 64;
@@ -98,15 +102,6 @@ pub(super) struct WideShader<'a> {
     profile: Option<&'a WidthProfile>,
 }
 
-/// A narrow light.
-struct Narrow {
-    /// Its place among the lights that are not black.
-    light: usize,
-    record: LightRecord,
-    /// Its first column in what is kept.
-    column: usize,
-}
-
 /// What a thread shades points in.
 #[derive(Default)]
 struct Scratch {
@@ -122,16 +117,6 @@ struct Scratch {
     narrow_weights: Vec<f32>,
     of_draft: DraftPoint,
     last_painted: LastPainted,
-}
-
-/// Of a narrow light: the shares that reach the places about a point, if any is lit, and what single
-/// scattering comes to at the nodes, unblocked, for an amplitude of 1.
-#[derive(Clone, Copy, Default)]
-struct AlongOf {
-    shares: Option<[f32; PLACES]>,
-    nodes: Nodes<[f32; 3]>,
-    /// The side of what is scattered at the point itself, see [`Radiance::at`].
-    side: f32,
 }
 
 /// What a thread writes of its points.
@@ -185,19 +170,11 @@ impl<'a> WideShader<'a> {
             tables,
         });
         let n_lights = arriving.lights.len();
-        let narrow_columns = narrow_columns(&arriving.lights, lights);
-        let narrow: Vec<Narrow> = (0..)
-            .zip(&lit)
-            .filter(|(_, (_, light))| maps.is_some() && light.is_narrow())
-            .map(|(light, (column, record))| {
-                let rank = narrow_columns.partition_point(|of| of < column);
-                Narrow {
-                    light,
-                    record: **record,
-                    column: n_lights + N_NODES * rank,
-                }
-            })
-            .collect();
+        let n_narrow = narrow_columns(&arriving.lights, lights).len();
+        let narrow = match maps {
+            Some(_) => Narrow::of(&lit, &arriving.lights, lights),
+            None => Vec::new(),
+        };
         let narrow_directions: Vec<_> = narrow.iter().map(|of| of.record.direction).collect();
         let narrow_lambdas: Vec<_> = narrow.iter().map(|of| of.record.lambda).collect();
         WideShader {
@@ -212,7 +189,7 @@ impl<'a> WideShader<'a> {
             colors: lit.iter().map(|(_, light)| light.rgb).collect(),
             columns: lit.iter().map(|(column, _)| *column).collect(),
             lights: lit.chunks(LANES).map(EightLights::new).collect(),
-            n_columns: n_lights + N_NODES * narrow_columns.len(),
+            n_columns: n_lights + N_NODES * n_narrow,
             wide_narrow: WideLights::new(&narrow_directions, &narrow_lambdas),
             narrow,
             maps,
@@ -301,24 +278,6 @@ impl<'a> WideShader<'a> {
         counts
     }
 
-    /// Adds what narrow lights came to about a point.
-    #[inline(always)]
-    fn add_narrow(&self, scratch: &Scratch, along: &mut Along) {
-        for (narrow, of) in self.narrow.iter().zip(&scratch.narrow) {
-            if let Some(shares) = &of.shares {
-                let mut nodes = of.nodes;
-                for (value, color) in nodes
-                    .as_flattened_mut()
-                    .iter_mut()
-                    .zip(narrow.record.rgb.iter().cycle())
-                {
-                    *value *= color;
-                }
-                add_along(along, shares, &nodes);
-            }
-        }
-    }
-
     /// Writes down what each light came to at a point.
     #[inline(always)]
     fn keep(&self, scratch: &Scratch, kept: &mut [u16]) {
@@ -338,69 +297,6 @@ impl<'a> WideShader<'a> {
             for (narrow, of) in self.narrow.iter().zip(&scratch.narrow) {
                 for (kept, rgb) in row[narrow.column..].iter_mut().zip(&of.nodes) {
                     *kept = half(rgb[channel]);
-                }
-            }
-        }
-    }
-
-    /// What single scattering of the narrow lights comes to about a point.
-    #[inline(always)]
-    fn narrow<S: Simd>(
-        &self,
-        simd: S,
-        at: VisiblePoint,
-        optics: &impl PointOptics,
-        scratch: &mut Scratch,
-    ) {
-        let strands = &self.scene.strands;
-        let Scratch {
-            responses,
-            narrow,
-            narrow_weights,
-            ..
-        } = scratch;
-        narrow.clear();
-        narrow_weights.clear();
-        for of in &self.narrow {
-            let maps = self.maps.filter(|_| self.terms.has_single_of(&of.record));
-            let scale = self.view.radiance_scale;
-            let shares = maps.and_then(|maps| shares_along(strands, maps, &of.record, at, scale));
-            narrow_weights.push(if shares.is_some() { 1.0 } else { 0.0 });
-            narrow.push(AlongOf {
-                shares,
-                ..AlongOf::default()
-            });
-        }
-        if narrow.iter().all(|of| of.shares.is_none()) {
-            return;
-        }
-        let eye = Vec3::from(self.view.eye);
-        for (node, (frame, view)) in frames_about(strands, at.point, eye).into_iter().enumerate() {
-            let place = Place {
-                frame: frame.map(|axis: Vec3| axis.to_array()),
-                view,
-            };
-            let (lights, shading) = (&self.wide_narrow, optics.shading());
-            single_scattering(
-                simd,
-                lights,
-                narrow_weights,
-                &place,
-                shading,
-                None,
-                responses,
-            );
-            for entry in responses.entries() {
-                let of = &mut narrow[entry.light as usize];
-                for (sum, value) in of.nodes[node].iter_mut().zip(entry.rgb) {
-                    *sum += value;
-                }
-                // At the point itself.
-                if let (Some(profile), 1) = (self.profile, node) {
-                    let record = &self.narrow[entry.light as usize].record;
-                    let sides = sides(profile, record.direction, record.lambda, &place);
-                    let rgb = [0, 1, 2].map(|c: usize| record.rgb[c] * entry.rgb[c]);
-                    of.side += sides[entry.mode as usize] * mean(rgb);
                 }
             }
         }
@@ -594,98 +490,6 @@ impl<'a> WideShader<'a> {
         counts.terms[0][1] += n_lights as u64 - n;
         sum
     }
-
-    /// How open the hair around a point is along the axes, for [`local_density`].
-    #[inline(always)]
-    fn around(&self, point: usize) -> [f32; 6] {
-        let position = Vec3::from_slice(&self.scene.strands.points[point]);
-        self.axis_shares
-            .map_or([0.0; 6], |shares| shares.at(position))
-    }
-
-    /// Global, local and direct local scattering of up to eight lights, for an amplitude of 1 each, with the hair
-    /// [`WideShader::around`] the point.
-    #[inline(always)]
-    fn multiple<S: Simd>(
-        &self,
-        simd: S,
-        lights: &EightLights,
-        records: &[[f32; LANES]; 4],
-        (place, optics): (&Place, &impl PointOptics),
-        around: [f32; 6],
-    ) -> Multiple<S> {
-        let bits = self.terms.bits;
-        let [density_forward, density_back] = self.terms.densities;
-        // Loops and no closures around vectors, which would be compiled without the instruction set.
-        let zero = f32x8::splat(simd, 0.0);
-        let [x, y, z] = &lights.direction;
-        let x = f32x8::load_array_ref(simd, x);
-        let y = f32x8::load_array_ref(simd, y);
-        let z = f32x8::load_array_ref(simd, z);
-        let lambda = f32x8::load_array_ref(simd, &lights.lambda);
-        let solid_angle = f32x8::load_array_ref(simd, &lights.solid_angle);
-        let mut rgb = [zero; 3];
-        for (channel, numbers) in rgb.iter_mut().zip(&lights.rgb) {
-            *channel = f32x8::load_array_ref(simd, numbers);
-        }
-        let mut numbers = [zero; 4];
-        for (number, record) in numbers.iter_mut().zip(records) {
-            *number = f32x8::load_array_ref(simd, record);
-        }
-        let [d_1, d_2, d_3, sine] = numbers;
-        let mut along = [zero; 3];
-        for (along, axis) in along.iter_mut().zip(&place.frame) {
-            *along = x * axis[0] + y * axis[1] + z * axis[2];
-        }
-        let at = Directions::from_vectors(along);
-        let view = &place.view;
-        let cos_delta = at.cos_phi * view.cos_phi + at.sin_phi * view.sin_phi;
-        let cos_delta = cos_delta.min(1.0).max(-1.0);
-        let record = ShadowRecords {
-            depths: [d_1, d_2, d_3],
-            sin_theta: sine,
-        };
-        let averages = sample_forward(optics.forward(), sine);
-        let forward = forward_light(&record, &averages, &rgb, lambda);
-        let seen = Seen {
-            theta: at.theta,
-            cos_theta: at.cos_theta,
-            cos_delta,
-            theta_o: view.theta,
-        };
-        let (global, local) = optics.at_lights(&seen, forward.sigma_f);
-        let has_local = bits & TERM_LOCAL != 0;
-        let density_back = local_density(&around, &[x, y, z]) * density_back;
-        let mut direct = [zero; 3];
-        if has_local {
-            direct = optics.direct_at_lights(&seen, lambda);
-        }
-        let mut found = Multiple {
-            direct,
-            forward: [zero; 3],
-        };
-        for channel in 0..3 {
-            let mut scattered = zero;
-            let gained = forward.gained[channel] * density_forward;
-            if bits & TERM_GLOBAL != 0 {
-                scattered += gained * forward.density * global[channel];
-            }
-            if has_local {
-                scattered += gained * local[channel] * density_back;
-            }
-            found.direct[channel] = solid_angle * (direct[channel] * density_back);
-            found.forward[channel] = solid_angle * scattered;
-        }
-        found
-    }
-}
-
-/// Multiple scattering of eight lights, for an amplitude of 1 each.
-struct Multiple<S: Simd> {
-    /// Local scattering of light that comes straight, unblocked.
-    direct: [f32x8<S>; 3],
-    /// Global and local scattering of what the hair sends on forward.
-    forward: [f32x8<S>; 3],
 }
 
 /// Factors of the modes of a light over the width of a strand, at a place of it.

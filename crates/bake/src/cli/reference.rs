@@ -12,9 +12,9 @@ use strandlight_formats::{LightsSection, Scattering, Scene, content_hash, counte
 use strandlight_images::Map;
 use strandlight_reference::rays::Rays;
 use strandlight_reference::{
-    Averages, Backdrop, Densities, Directional, FibreTables, Film, Integrator, MAX_TRUTH_SAMPLES,
-    MeshRays, Method, Painted, PathTracer, RayShoot, ReferenceFile, ReferencePart, samples_of_part,
-    whole_samples,
+    Averages, Backdrop, Densities, Directional, Environment, FibreTables, Film, Integrator,
+    MAX_TRUTH_SAMPLES, MeshRays, Method, Painted, PathTracer, RayShoot, ReferenceFile,
+    ReferencePart, samples_of_part, whole_samples,
 };
 use strandlight_runtime::options::{parse_key, parse_size, parse_time};
 use strandlight_scattering::closed_form::PaintTexel;
@@ -143,6 +143,19 @@ fn parse_share(text: &str) -> Result<f64, String> {
 }
 
 impl TraceArgs {
+    /// Are fibres normalized? Other methods take no notice of the flag.
+    fn is_energy_safe(&self) -> bool {
+        self.energy_safe && self.method == MethodName::Path
+    }
+
+    /// Those of the picture that are taken.
+    fn samples(&self) -> Range<u32> {
+        match self.shard {
+            Some(shard) => samples_of_part(shard.index(), shard.count(), self.samples),
+            None => 0..self.samples,
+        }
+    }
+
     /// Says which flags the method takes no notice of.
     fn note_ignored(&self) {
         use MethodName::{Directional, Path, RayShoot};
@@ -232,8 +245,19 @@ pub fn run(args: &Args) -> Outcome {
 
 fn trace(args: &TraceArgs) -> Outcome {
     let start = Instant::now();
-    let method = args.method.method();
     args.note_ignored();
+    let (scene, prepared) = load(args)?;
+    let map = map_of(args.map.as_deref(), (&args.scene, &scene))?;
+    let light = environment_of(map.as_ref(), &scene, &prepared);
+    let settings = Settings::new(args, &prepared);
+    let mut file = begin(args, &settings, map.as_ref(), (&scene, &prepared))?;
+    expose(args, &settings, &light, &prepared, &mut file.film)?;
+    let backdrop = Backdrop::of(&prepared, file.film.size());
+    write(args, file, backdrop, start)
+}
+
+/// The scene as the flags have it, once nothing is wrong with them.
+fn load(args: &TraceArgs) -> Result<(Scene, PreparedScene), Failure> {
     check_extension(&args.output, "exr")?;
     if args.resume && is_stream(&args.output) {
         let text = "--resume goes on with a file; name one that ends in .exr";
@@ -256,57 +280,83 @@ fn trace(args: &TraceArgs) -> Outcome {
     scene.render.size = size;
     let prepared = PreparedScene::load_at(&scene, args.time)
         .map_err(|error| Failure::input(error.in_file(&args.scene)))?;
-    if args.energy_safe && method == Method::Path {
+    if args.is_energy_safe() {
         let kinds = prepared.paint().map(PaintKinds::of);
         if let Some(fault) = energy_safe_fault(&scene, kinds.unwrap_or_default()) {
             return Err(Failure::file(&args.scene, fault));
         }
     }
-    let map = map_of(args.map.as_deref(), (&args.scene, &scene))?;
-    let from_map = map
-        .as_ref()
-        .map_or(String::new(), |map| light_of(map, &scene.lights));
-    let environment = environment_of(map.as_ref(), &scene, &prepared);
-    let n_lights = args.lights.unwrap_or(match method {
-        Method::Directional => 1536,
-        _ => 4,
-    });
-    let [forward, back] = prepared.densities.map(f64::from);
-    let densities = Densities {
-        forward: args.density_forward.unwrap_or(forward),
-        back: args.density_back.unwrap_or(back),
-    };
-    let hair = &prepared.hair;
-    let white = white_of(hair.hair());
-    let options = match method {
-        // Where the white fibre was another before, what was begun is not gone on with.
-        Method::Path
-            if args.energy_safe
-                && (hair.modes() != Lobe::ALL || hair.hair().intensity != white.intensity) =>
-        {
-            "true, by all modes".to_owned()
+    Ok((scene, prepared))
+}
+
+/// What methods are told beside scene and light.
+struct Settings {
+    n_lights: u32,
+    densities: Densities,
+    /// What an energy-safe fibre is measured by, if fibres are.
+    white: Option<HairParams>,
+    /// As text, for the picture.
+    options: String,
+}
+
+impl Settings {
+    fn new(args: &TraceArgs, prepared: &PreparedScene) -> Settings {
+        let method = args.method.method();
+        let n_lights = args.lights.unwrap_or(match method {
+            Method::Directional => 1536,
+            _ => 4,
+        });
+        let [forward, back] = prepared.densities.map(f64::from);
+        let densities = Densities {
+            forward: args.density_forward.unwrap_or(forward),
+            back: args.density_back.unwrap_or(back),
+        };
+        let hair = &prepared.hair;
+        let white = args.is_energy_safe().then(|| white_of(hair.hair()));
+        let is_of_part = |white: &HairParams| {
+            hair.modes() != Lobe::ALL || hair.hair().intensity != white.intensity
+        };
+        let options = match method {
+            // Where the white fibre was another before, what was begun is not gone on with.
+            Method::Path if white.as_ref().is_some_and(is_of_part) => {
+                "true, by all modes".to_owned()
+            }
+            Method::Path => format!("{}", args.energy_safe),
+            Method::Directional => format!("{n_lights}"),
+            Method::RayShoot => format!("{n_lights} {densities:?}"),
+        };
+        Settings {
+            n_lights,
+            densities,
+            white,
+            options,
         }
-        Method::Path => format!("{}", args.energy_safe),
-        Method::Directional => format!("{n_lights}"),
-        Method::RayShoot => format!("{n_lights} {densities:?}"),
-    };
-    let provenance = Recorder::new(&Files::Disk).record(&scene, args.time);
+    }
+}
+
+/// The picture before its samples are taken: empty, or what is gone on with.
+fn begin(
+    args: &TraceArgs,
+    Settings { options, .. }: &Settings,
+    map: Option<&Map>,
+    (scene, prepared): (&Scene, &PreparedScene),
+) -> Result<ReferenceFile, Failure> {
+    let provenance = Recorder::new(&Files::Disk).record(scene, args.time);
     let mut provenance = provenance
         .map_err(|error| Failure::input(error.in_file(&args.scene)))?
-        .with("options", &options);
-    if let Some(map) = &map {
+        .with("options", options);
+    if let Some(map) = map {
         provenance = provenance.with("map", &map.source().hash);
     }
     // Of scenes without a panorama the text is as it always was.
     let behind = provenance.get(PANORAMA);
     let behind = behind.map_or(String::new(), |hash| format!(" {hash}"));
-    let inputs = hash_of(&prepared, &format!("{options} {from_map}{behind}"));
-    let samples = match args.shard {
-        Some(shard) => samples_of_part(shard.index(), shard.count(), args.samples),
-        None => 0..args.samples,
-    };
+    let from_map = map.map_or(String::new(), |map| light_of(map, &scene.lights));
+    let inputs = hash_of(prepared, &format!("{options} {from_map}{behind}"));
+    let size = prepared.size;
+    let samples = args.samples();
     let mut file = ReferenceFile {
-        method,
+        method: args.method.method(),
         inputs,
         seed: args.seed,
         provenance,
@@ -315,23 +365,28 @@ fn trace(args: &TraceArgs) -> Outcome {
     if args.resume {
         resume(args, &mut file)?;
     }
-    let n_samples = samples.end - samples.start;
-    let first = samples.start;
-    let whole = first..first + file.film.n_samples() + n_samples;
-    check_memory(
-        size,
-        whole,
-        !prepared.proxies.is_empty(),
-        memory::available_bytes(),
-    )
-    .map_err(|error| Failure::file(&args.scene, error))?;
+    let whole = samples.start..samples.end + file.film.n_samples();
+    let has_proxies = !prepared.proxies.is_empty();
+    check_memory(size, whole, has_proxies, memory::available_bytes())
+        .map_err(|error| Failure::file(&args.scene, error))?;
+    Ok(file)
+}
 
+/// Takes the samples that the flags ask for.
+fn expose(
+    args: &TraceArgs,
+    settings: &Settings,
+    environment: &Environment,
+    prepared: &PreparedScene,
+    film: &mut Film,
+) -> Outcome {
+    let method = args.method.method();
     let failed = |error| Failure::file(&args.scene, error);
-    let tables = FibreTables::new(&prepared).map_err(failed)?;
+    let tables = FibreTables::new(prepared).map_err(failed)?;
     let fibres = tables.fibres();
-    let averages = AverageTables::new(&prepared, method);
-    let is_safe = args.energy_safe && method == Method::Path;
-    let white = is_safe.then(|| Bcsdf::new(&white, hair.fresnel(), &Lobe::ALL));
+    let averages = AverageTables::new(prepared, method);
+    let white = settings.white.as_ref();
+    let white = white.map(|white| Bcsdf::new(white, prepared.hair.fresnel(), &Lobe::ALL));
     let white = white.transpose().map_err(failed)?;
     let strands = &prepared.strands;
     let rays = Rays::new(strands);
@@ -339,9 +394,10 @@ fn trace(args: &TraceArgs) -> Outcome {
     let proxies = records.list();
     let beside = prepared.beside();
     let meshes: Vec<MeshRays> = beside.meshes().iter().map(MeshRays::new).collect();
+    let n_lights = settings.n_lights;
     let integrator: Box<dyn Integrator + '_> = match method {
         Method::Path => {
-            let tracer = PathTracer::new(strands, &rays, fibres, &environment);
+            let tracer = PathTracer::new(strands, &rays, fibres, environment);
             let tracer = tracer.with_proxies(proxies).with_meshes(&meshes);
             Box::new(match &white {
                 Some(white) => tracer.with_energy_of(white),
@@ -349,8 +405,7 @@ fn trace(args: &TraceArgs) -> Outcome {
             })
         }
         Method::Directional => {
-            let lights =
-                Directional::new(strands, &rays, fibres, &environment, n_lights, args.seed);
+            let lights = Directional::new(strands, &rays, fibres, environment, n_lights, args.seed);
             Box::new(lights.with_proxies(proxies).with_meshes(&meshes))
         }
         Method::RayShoot => Box::new(RayShoot {
@@ -360,18 +415,18 @@ fn trace(args: &TraceArgs) -> Outcome {
             meshes: &meshes,
             fibres,
             averages: averages.view(),
-            environment: &environment,
+            environment,
             n_draws: n_lights,
-            densities,
+            densities: settings.densities,
         }),
     };
     const STEPS: u64 = 1000;
     let progress = progress(method.name(), STEPS);
     let observer = |done: f64| progress.reach((done * STEPS as f64) as u64);
-    file.film
-        .expose(&prepared, &*integrator, n_samples, args.seed, &observer);
+    let n_samples = args.samples().len() as u32;
+    film.expose(prepared, &*integrator, n_samples, args.seed, &observer);
     progress.finish();
-    write(args, file, Backdrop::of(&prepared, size), start)
+    Ok(())
 }
 
 /// Writes the picture, or the part of it that the shard is, and says so.

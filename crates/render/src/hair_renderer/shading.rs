@@ -5,9 +5,10 @@ use super::job::{DirtyFlags, ShadingJob, Stepped};
 use super::visible_list::list_view;
 use crate::invalidation::Inputs;
 use crate::passes::deform::Deform;
+use crate::passes::step::Step;
 use crate::passes::strand_pass::{StrandFeatures, StrandPass};
 use strandlight_scene::RenderError;
-use strandlight_scene::camera::view_uniform;
+use strandlight_scene::camera::{ViewUniform, view_uniform};
 
 impl HairRenderer {
     /// Takes up what was set since the last job began, and what one that is given up had taken, and
@@ -23,87 +24,25 @@ impl HairRenderer {
     ) -> Result<(), RenderError> {
         let mut dirty = std::mem::take(&mut self.dirty);
         dirty.add(&given_up);
-        let (context, scene) = (&self.context, &self.scene);
-        let mut steps = Vec::new();
         if dirty.has(Inputs::POINTS) {
-            match &self.wind {
-                Some(wind) => {
-                    let deform = match self.deform.take() {
-                        Some(deform) => deform,
-                        None => Deform::new(context, &scene.strands, &self.strands)?,
-                    };
-                    deform.run(context, wind, self.clock.stamp("deform"));
-                    self.deform = Some(deform);
-                    self.report.ran("deform");
-                }
-                None => self.strands.update(context, &scene.strands),
-            }
-            let is_other = self.volume.fit(context, &scene.strands, &self.strands);
-            self.volume.fill(context, self.clock.stamp("voxelise"));
-            self.has_volume = true;
-            self.report.ran("voxelise");
-            let lighting = &mut self.lighting;
-            lighting.set_points(context, scene, &self.volume, &self.strands, is_other)?;
+            self.take_points()?;
         }
         if let Some(visible) = &mut self.visible
             && dirty.has(Inputs::POINTS | Inputs::PROXIES)
         {
             visible.forget();
         }
-        if dirty.has(Inputs::LIGHTS) {
-            let lighting = &mut self.lighting;
-            lighting.set_lights(context, scene, &self.volume, &self.strands);
-        } else if dirty.has(Inputs::LIGHT_COLORS)
-            && self.lighting.set_colors(context, scene, &self.strands)
-        {
-            steps.extend(self.lighting.map_steps());
-        }
-        if dirty.has(Inputs::PROXIES) {
-            let (volume, strands) = (&self.volume, &self.strands);
-            self.lighting.set_proxies(context, scene, volume, strands)?;
-        }
-        if dirty.is_stale("transmittance") {
-            steps = self.lighting.shadow_steps();
-        }
-        if let Some(range) = &dirty.paint {
-            let lighting = &mut self.lighting;
-            lighting.set_paint(context, scene, &scene.hair, range.clone());
-        }
-        if let Some(report) = &dirty.hair {
-            let hair = &scene.hair;
-            self.lighting.set_hair(context, scene, hair, report);
-        }
-        if dirty.has(Inputs::DENSITIES) {
-            self.lighting.set_densities(scene);
-        }
-        self.lighting
-            .set_multiple(context, scene, dirty.hair.as_ref())?;
+        let steps = self.take_lights(&dirty)?;
+        self.take_hair(&dirty)?;
         let mut view = view_uniform(
-            &scene.camera,
-            &scene.strands,
-            scene.size,
-            scene.radiance_scale(),
+            &self.scene.camera,
+            &self.scene.strands,
+            self.scene.size,
+            self.scene.radiance_scale(),
         );
-        let kept = self.lighting.profile().filter(|_| dirty.hair.is_none());
-        let profile = scene.width_profile(&view, kept);
-        self.ribbons.even = profile.as_ref().map_or([0.0; 4], |profile| profile.even);
-        self.lighting.set_profile(context, profile);
-        self.lighting.set_kind(context, scene)?;
-        let is_close_up = scene.is_close_up(&view);
-        self.ribbons
-            .set_close_up(context, &self.strands, is_close_up)?;
-        let drawn = StrandFeatures {
-            is_narrow: self.strand_pass.drawn.is_narrow || self.lighting.narrow().have_room(),
-            is_wide: self.lighting.has_profile(),
-            is_close_up,
-        };
-        if self.strand_pass.drawn != drawn {
-            let (options, lit) = (self.options.as_ref(), self.lighting.lit_points());
-            self.strand_pass = StrandPass::new(context, options, &self.ribbons, &lit, drawn)?;
-            self.is_projected = false;
-        }
-        view.margin_px += self.margin * scene.size[0].max(scene.size[1]) as f32;
-        self.lighting.begin(context, &view);
+        self.take_widths(&view, &dirty)?;
+        view.margin_px += self.margin * self.scene.size[0].max(self.scene.size[1]) as f32;
+        self.lighting.begin(&self.context, &view);
         self.is_projected &= !dirty.has(Inputs::POINTS);
         let draws_by_list = self.draws_by_list && self.visible.is_some();
         self.job = Some(ShadingJob {
@@ -120,6 +59,90 @@ impl HairRenderer {
         } else {
             self.lighting.shade_listed(&self.context, None);
             self.plan_shading();
+        }
+        Ok(())
+    }
+
+    /// The strands are elsewhere.
+    fn take_points(&mut self) -> Result<(), RenderError> {
+        let (context, scene) = (&self.context, &self.scene);
+        match &self.wind {
+            Some(wind) => {
+                let deform = match self.deform.take() {
+                    Some(deform) => deform,
+                    None => Deform::new(context, &scene.strands, &self.strands)?,
+                };
+                deform.run(context, wind, self.clock.stamp("deform"));
+                self.deform = Some(deform);
+                self.report.ran("deform");
+            }
+            None => self.strands.update(context, &scene.strands),
+        }
+        let is_other = self.volume.fit(context, &scene.strands, &self.strands);
+        self.volume.fill(context, self.clock.stamp("voxelise"));
+        self.has_volume = true;
+        self.report.ran("voxelise");
+        let lighting = &mut self.lighting;
+        lighting.set_points(context, scene, &self.volume, &self.strands, is_other)
+    }
+
+    /// Sets what changed of lights and proxies; answers the steps of their shadows.
+    fn take_lights(&mut self, dirty: &DirtyFlags) -> Result<Vec<Step>, RenderError> {
+        let (context, scene) = (&self.context, &self.scene);
+        let lighting = &mut self.lighting;
+        let mut steps = Vec::new();
+        if dirty.has(Inputs::LIGHTS) {
+            lighting.set_lights(context, scene, &self.volume, &self.strands);
+        } else if dirty.has(Inputs::LIGHT_COLORS)
+            && lighting.set_colors(context, scene, &self.strands)
+        {
+            steps.extend(lighting.map_steps());
+        }
+        if dirty.has(Inputs::PROXIES) {
+            lighting.set_proxies(context, scene, &self.volume, &self.strands)?;
+        }
+        if dirty.is_stale("transmittance") {
+            steps = lighting.shadow_steps();
+        }
+        Ok(steps)
+    }
+
+    /// Sets what changed of the fibre, of paint and of multiple scattering.
+    fn take_hair(&mut self, dirty: &DirtyFlags) -> Result<(), RenderError> {
+        let (context, scene) = (&self.context, &self.scene);
+        let lighting = &mut self.lighting;
+        if let Some(range) = &dirty.paint {
+            lighting.set_paint(context, scene, &scene.hair, range.clone());
+        }
+        if let Some(report) = &dirty.hair {
+            lighting.set_hair(context, scene, &scene.hair, report);
+        }
+        if dirty.has(Inputs::DENSITIES) {
+            lighting.set_densities(scene);
+        }
+        lighting.set_multiple(context, scene, dirty.hair.as_ref())
+    }
+
+    /// Sets how strands are drawn in a view: as wide ones, from near by, or along segments.
+    fn take_widths(&mut self, view: &ViewUniform, dirty: &DirtyFlags) -> Result<(), RenderError> {
+        let (context, scene) = (&self.context, &self.scene);
+        let kept = self.lighting.profile().filter(|_| dirty.hair.is_none());
+        let profile = scene.width_profile(view, kept);
+        self.ribbons.even = profile.as_ref().map_or([0.0; 4], |profile| profile.even);
+        self.lighting.set_profile(context, profile);
+        self.lighting.set_kind(context, scene)?;
+        let is_close_up = scene.is_close_up(view);
+        self.ribbons
+            .set_close_up(context, &self.strands, is_close_up)?;
+        let drawn = StrandFeatures {
+            is_narrow: self.strand_pass.drawn.is_narrow || self.lighting.narrow().have_room(),
+            is_wide: self.lighting.has_profile(),
+            is_close_up,
+        };
+        if self.strand_pass.drawn != drawn {
+            let (options, lit) = (self.options.as_ref(), self.lighting.lit_points());
+            self.strand_pass = StrandPass::new(context, options, &self.ribbons, &lit, drawn)?;
+            self.is_projected = false;
         }
         Ok(())
     }

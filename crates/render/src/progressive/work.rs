@@ -25,7 +25,6 @@ enum Work {
     Begin,
     Preview,
     Light,
-    Show,
 }
 
 impl ProgressiveRenderer {
@@ -75,7 +74,7 @@ impl ProgressiveRenderer {
             }
             let is_finished = self.picture.passes >= self.n_passes();
             if self.picture.shown < self.picture.passes && (is_finished || !self.is_still) {
-                self.work(&Work::Show)?;
+                self.show_passes()?;
             }
             self.hair.clock.start_reading(&self.hair.context);
             self.flush()?;
@@ -157,7 +156,6 @@ impl ProgressiveRenderer {
             Work::Project => ("project", 1.0),
             Work::Resolve => ("draw", 1.0),
             Work::Pass => ("draw", 1.0),
-            Work::Show => ("display", 1.0),
             Work::Light => {
                 let next = self.hair.job.as_ref().and_then(|job| job.steps.front());
                 let Some(step) = next else {
@@ -174,107 +172,118 @@ impl ProgressiveRenderer {
             Work::Begin => self.begin(),
             Work::Light => self.light(),
             Work::Preview => self.preview(),
-            Work::Project => {
-                let view = self.drawn_view();
-                self.hair.project(&view);
-                self.picture.band_ends = parts::bands(&view, &self.hair.scene.strands, &self.parts);
-                self.restart_samples();
-                self.submitted("project", 1.0)
-            }
-            Work::Resolve => {
-                if !self.hair.has_list(&self.drawn_view()) {
-                    // Listing may wait for the device: not for what others submitted.
-                    self.flush()?;
-                }
-                match self.resolve(true, &mut |_| ())? {
-                    ListDrawn::Of { is_asked, .. } => {
-                        self.picture.is_of_before = !is_asked;
-                        if is_asked {
-                            self.picture.passes = 1;
-                            return Ok(());
-                        }
-                        self.work(&Work::Show)
-                    }
-                    ListDrawn::NotYet => {
-                        self.is_listing = true;
-                        Ok(())
-                    }
-                    ListDrawn::NoRoom => {
-                        self.picture.is_sampled = true;
-                        self.hair.set_draws_by_list(false);
-                        Ok(())
-                    }
-                }
-            }
-            Work::Pass => {
-                let samples = self.total_samples();
-                let Drawn {
-                    band_ends,
-                    bands,
-                    passes,
-                    ..
-                } = &mut self.picture;
-                // Bands are not measured one by one.
-                let stamp = match band_ends.len() {
-                    ..=1 => self.hair.clock.stamp("draw"),
-                    _ => Stamp::default(),
-                };
-                let (hair, film) = (&self.hair, &self.film);
-                let Some(target) = &mut self.target else {
+            Work::Project => self.project_drawn(),
+            Work::Resolve => self.draw_list(),
+            Work::Pass => self.draw_band(),
+        }
+    }
+
+    /// Projects the strands as the picture sees them.
+    fn project_drawn(&mut self) -> Result<(), RenderError> {
+        let view = self.drawn_view();
+        self.hair.project(&view);
+        self.picture.band_ends = parts::bands(&view, &self.hair.scene.strands, &self.parts);
+        self.restart_samples();
+        self.submitted("project", 1.0)
+    }
+
+    /// Draws the picture from the visibility list, or what may be shown until there is one.
+    fn draw_list(&mut self) -> Result<(), RenderError> {
+        if !self.hair.has_list(&self.drawn_view()) {
+            // Listing may wait for the device: not for what others submitted.
+            self.flush()?;
+        }
+        match self.resolve(true, &mut |_| ())? {
+            ListDrawn::Of { is_asked, .. } => {
+                self.picture.is_of_before = !is_asked;
+                if is_asked {
+                    self.picture.passes = 1;
                     return Ok(());
-                };
-                if *passes == 0 && *bands == 0 {
-                    target.clear(&hair.context);
                 }
-                let of_pass = PassSamples::of(*passes, samples);
-                let band = band(band_ends, *bands);
-                let (context, size) = (&hair.context, target.size());
-                let drawn = (film, &hair.ribbons);
-                target.pass(context, drawn, of_pass, &band, stamp, |pass| {
-                    film.draw(pass, size, hair.front);
-                    hair.draw(pass);
-                });
-                *bands += 1;
-                if *bands < band_ends.len() {
-                    return self.submitted("draw", 1.0);
-                }
-                *bands = 0;
-                *passes += 1;
-                let passes = *passes;
-                self.submitted("draw", 1.0)?;
-                let is_whole = PASS_SAMPLES * passes <= samples;
-                let is_due = !self.is_still && is_whole && Noise::is_due(passes);
-                if let Some(target) = self.target.as_ref().filter(|_| is_due) {
-                    let stamp = self.hair.clock.stamp("noise");
-                    self.noise.look(&self.hair.context, target, passes, stamp);
-                    self.submitted("noise", 1.0)?;
-                }
+                self.show_passes()
+            }
+            ListDrawn::NotYet => {
+                self.is_listing = true;
                 Ok(())
             }
-            Work::Show => {
-                let passes = self.picture.passes;
-                self.compose(match self.is_by_list() {
-                    true => 1,
-                    false => self.samples_of(passes),
-                })?;
-                let Some(target) = self.target.as_ref().filter(|_| self.tile.is_none()) else {
-                    // Tiles are not shown.
-                    self.picture.shown = passes;
-                    return Ok(());
-                };
-                let (context, ribbons) = (&self.hair.context, &self.hair.ribbons);
-                let stamp = self.hair.clock.stamp("display");
-                let grade = (self.hair.scene.exposure, &self.hair.scene.display);
-                if let Some(next) = self.next_screen.take() {
-                    self.screen = next;
-                }
-                let from = (ribbons, target);
-                self.screen
-                    .show(context, &mut self.show, from, grade, stamp);
-                self.picture.shown = self.picture.passes;
-                self.submitted("display", 1.0)
+            ListDrawn::NoRoom => {
+                self.picture.is_sampled = true;
+                self.hair.set_draws_by_list(false);
+                Ok(())
             }
         }
+    }
+
+    /// Draws the next band of a pass of samples.
+    fn draw_band(&mut self) -> Result<(), RenderError> {
+        let samples = self.total_samples();
+        let Drawn {
+            band_ends,
+            bands,
+            passes,
+            ..
+        } = &mut self.picture;
+        // Bands are not measured one by one.
+        let stamp = match band_ends.len() {
+            ..=1 => self.hair.clock.stamp("draw"),
+            _ => Stamp::default(),
+        };
+        let (hair, film) = (&self.hair, &self.film);
+        let Some(target) = &mut self.target else {
+            return Ok(());
+        };
+        if *passes == 0 && *bands == 0 {
+            target.clear(&hair.context);
+        }
+        let of_pass = PassSamples::of(*passes, samples);
+        let band = band(band_ends, *bands);
+        let (context, size) = (&hair.context, target.size());
+        let drawn = (film, &hair.ribbons);
+        target.pass(context, drawn, of_pass, &band, stamp, |pass| {
+            film.draw(pass, size, hair.front);
+            hair.draw(pass);
+        });
+        *bands += 1;
+        if *bands < band_ends.len() {
+            return self.submitted("draw", 1.0);
+        }
+        *bands = 0;
+        *passes += 1;
+        let passes = *passes;
+        self.submitted("draw", 1.0)?;
+        let is_whole = PASS_SAMPLES * passes <= samples;
+        let is_due = !self.is_still && is_whole && Noise::is_due(passes);
+        if let Some(target) = self.target.as_ref().filter(|_| is_due) {
+            let stamp = self.hair.clock.stamp("noise");
+            self.noise.look(&self.hair.context, target, passes, stamp);
+            self.submitted("noise", 1.0)?;
+        }
+        Ok(())
+    }
+
+    /// Shows the passes that are drawn.
+    fn show_passes(&mut self) -> Result<(), RenderError> {
+        let passes = self.picture.passes;
+        self.compose(match self.is_by_list() {
+            true => 1,
+            false => self.samples_of(passes),
+        })?;
+        let Some(target) = self.target.as_ref().filter(|_| self.tile.is_none()) else {
+            // Tiles are not shown.
+            self.picture.shown = passes;
+            return Ok(());
+        };
+        let (context, ribbons) = (&self.hair.context, &self.hair.ribbons);
+        let stamp = self.hair.clock.stamp("display");
+        let grade = (self.hair.scene.exposure, &self.hair.scene.display);
+        if let Some(next) = self.next_screen.take() {
+            self.screen = next;
+        }
+        let from = (ribbons, target);
+        self.screen
+            .show(context, &mut self.show, from, grade, stamp);
+        self.picture.shown = self.picture.passes;
+        self.submitted("display", 1.0)
     }
 
     /// Tells the pacer alone of a run of `stage`, which the report has.

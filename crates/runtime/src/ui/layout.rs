@@ -169,30 +169,10 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
     }
     // Fields and lists that Escape closes are gone once they have been shown.
     let is_escape_taken = is_asking || state.is_typing || egui::Popup::is_any_open(ui.ctx());
-    let frame = |margin| {
-        egui::Frame::new()
-            .fill(theme::PANEL)
-            .inner_margin(egui::Margin::symmetric(margin, 4))
-    };
-    if !state.is_bare {
-        Panel::top("bar")
-            .exact_size(32.0)
-            .resizable(false)
-            .frame(frame(8))
-            .show(ui, |ui| bar(ui, input, state, &mut output));
-        Panel::bottom("status")
-            .exact_size(24.0)
-            .resizable(false)
-            .frame(frame(8))
-            .show(ui, |ui| status(ui, input, state, &mut output.changes));
-    }
-    if !state.is_bare && (state.error.is_some() || state.has_changed_on_disk) {
-        Panel::top("notices")
-            .resizable(false)
-            .frame(frame(8).fill(egui::Color32::from_gray(44)))
-            .show(ui, |ui| notices(ui, state, &mut output));
-    }
     let is_beside = !state.is_bare && !state.panel.is_narrow && state.panel.is_beside;
+    if !state.is_bare {
+        bars(ui, input, state, &mut output);
+    }
     if is_beside {
         // As wide as the picture leaves room for.
         let most = (ui.available_width() - 160.0).max(theme::PANEL_WIDTH);
@@ -209,12 +189,66 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
             panel_of(ui, input, state, &mut output);
         });
     }
+    viewport(ui, input, state, (picture, is_beside), &mut output);
+    help::show(ui.ctx(), &mut state.is_help_open);
+    ask(ui, input, state, &mut output);
+    if !is_escape_taken && ui.input(|input| input.key_pressed(Key::Escape)) {
+        output.commands.push(Command::Escape);
+    }
+    if !state.waiting.is_empty() {
+        keys::end_typing(ui.ctx());
+    }
+    state.is_typing = ui.ctx().text_edit_focused();
+    if output.commands.contains(&Command::Frame) {
+        let [width, height] = output.viewport.size.map(|side| side.max(1) as f32);
+        let Bounds { centre, radius } = input.bounds;
+        let camera = input.viewer.prepared().camera;
+        output.view = Some(orbit::frame(&camera, centre, radius, width / height));
+    }
+    output
+}
+
+/// Around bars and the panel.
+fn frame(margin: i8) -> egui::Frame {
+    egui::Frame::new()
+        .fill(theme::PANEL)
+        .inner_margin(egui::Margin::symmetric(margin, 4))
+}
+
+/// What is above and below the picture.
+fn bars(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiOutput) {
+    Panel::top("bar")
+        .exact_size(32.0)
+        .resizable(false)
+        .frame(frame(8))
+        .show(ui, |ui| bar(ui, input, state, output));
+    Panel::bottom("status")
+        .exact_size(24.0)
+        .resizable(false)
+        .frame(frame(8))
+        .show(ui, |ui| status(ui, input, state, &mut output.changes));
+    if state.error.is_some() || state.has_changed_on_disk {
+        Panel::top("notices")
+            .resizable(false)
+            .frame(frame(8).fill(egui::Color32::from_gray(44)))
+            .show(ui, |ui| notices(ui, state, output));
+    }
+}
+
+/// The picture at the place that is left for it, with what lies over it; beside the panel or not.
+fn viewport(
+    ui: &mut Ui,
+    input: &UiInput<'_>,
+    state: &mut UiState,
+    (picture, is_beside): (egui::Rect, bool),
+    output: &mut UiOutput,
+) {
     let UiOutput {
         scene,
         changes,
         view,
         ..
-    } = &mut output;
+    } = output;
     // A click that picks a light or a colour paints nothing.
     let lights = &state.lights;
     let is_clicking = lights.is_picking || lights.is_placing || state.paint.is_picking;
@@ -260,7 +294,10 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
         painter.circle_stroke(centre, radius / scale, stroke(1.0, 230));
     }
     output.viewport = viewport;
-    help::show(ui.ctx(), &mut state.is_help_open);
+}
+
+/// The question that is asked, and the work that is waited for.
+fn ask(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiOutput) {
     if state.question.is_some() {
         let places = places(input);
         let asked = Asked {
@@ -275,19 +312,6 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
     if let Some(job) = input.job {
         job.show(ui, &mut output.changes);
     }
-    if !is_escape_taken && ui.input(|input| input.key_pressed(Key::Escape)) {
-        output.commands.push(Command::Escape);
-    }
-    if !state.waiting.is_empty() {
-        keys::end_typing(ui.ctx());
-    }
-    state.is_typing = ui.ctx().text_edit_focused();
-    if output.commands.contains(&Command::Frame) {
-        let [width, height] = output.viewport.size.map(|side| side.max(1) as f32);
-        let Bounds { centre, radius } = input.bounds;
-        output.view = Some(orbit::frame(&camera, centre, radius, width / height));
-    }
-    output
 }
 
 /// The look that was kept, left of a line that is dragged.

@@ -1,0 +1,106 @@
+//! Multiple scattering of eight lights at a point.
+
+use glam::Vec3;
+use strandlight_scattering::closed_form::{TERM_GLOBAL, TERM_LOCAL};
+use strandlight_scattering::wide::{
+    Directions, LANES, Place, ShadowRecords, Simd, f32x8, forward_light, local_density, prelude::*,
+    sample_forward,
+};
+
+use super::WideShader;
+use super::eight_lights::EightLights;
+use super::optics::{PointOptics, Seen};
+
+/// Multiple scattering of eight lights, for an amplitude of 1 each.
+pub(super) struct Multiple<S: Simd> {
+    /// Local scattering of light that comes straight, unblocked.
+    pub direct: [f32x8<S>; 3],
+    /// Global and local scattering of what the hair sends on forward.
+    pub forward: [f32x8<S>; 3],
+}
+
+impl WideShader<'_> {
+    /// How open the hair around a point is along the axes, for [`local_density`].
+    #[inline(always)]
+    pub(super) fn around(&self, point: usize) -> [f32; 6] {
+        let position = Vec3::from_slice(&self.scene.strands.points[point]);
+        self.axis_shares
+            .map_or([0.0; 6], |shares| shares.at(position))
+    }
+
+    /// Global, local and direct local scattering of up to eight lights, for an amplitude of 1 each, with the hair
+    /// [`WideShader::around`] the point.
+    #[inline(always)]
+    pub(super) fn multiple<S: Simd>(
+        &self,
+        simd: S,
+        lights: &EightLights,
+        records: &[[f32; LANES]; 4],
+        (place, optics): (&Place, &impl PointOptics),
+        around: [f32; 6],
+    ) -> Multiple<S> {
+        let bits = self.terms.bits;
+        let [density_forward, density_back] = self.terms.densities;
+        // Loops and no closures around vectors, which would be compiled without the instruction set.
+        let zero = f32x8::splat(simd, 0.0);
+        let [x, y, z] = &lights.direction;
+        let x = f32x8::load_array_ref(simd, x);
+        let y = f32x8::load_array_ref(simd, y);
+        let z = f32x8::load_array_ref(simd, z);
+        let lambda = f32x8::load_array_ref(simd, &lights.lambda);
+        let solid_angle = f32x8::load_array_ref(simd, &lights.solid_angle);
+        let mut rgb = [zero; 3];
+        for (channel, numbers) in rgb.iter_mut().zip(&lights.rgb) {
+            *channel = f32x8::load_array_ref(simd, numbers);
+        }
+        let mut numbers = [zero; 4];
+        for (number, record) in numbers.iter_mut().zip(records) {
+            *number = f32x8::load_array_ref(simd, record);
+        }
+        let [d_1, d_2, d_3, sine] = numbers;
+        let mut along = [zero; 3];
+        for (along, axis) in along.iter_mut().zip(&place.frame) {
+            *along = x * axis[0] + y * axis[1] + z * axis[2];
+        }
+        let at = Directions::from_vectors(along);
+        let view = &place.view;
+        let cos_delta = at.cos_phi * view.cos_phi + at.sin_phi * view.sin_phi;
+        let cos_delta = cos_delta.min(1.0).max(-1.0);
+        let record = ShadowRecords {
+            depths: [d_1, d_2, d_3],
+            sin_theta: sine,
+        };
+        let averages = sample_forward(optics.forward(), sine);
+        let forward = forward_light(&record, &averages, &rgb, lambda);
+        let seen = Seen {
+            theta: at.theta,
+            cos_theta: at.cos_theta,
+            cos_delta,
+            theta_o: view.theta,
+        };
+        let (global, local) = optics.at_lights(&seen, forward.sigma_f);
+        let has_local = bits & TERM_LOCAL != 0;
+        let density_back = local_density(&around, &[x, y, z]) * density_back;
+        let mut direct = [zero; 3];
+        if has_local {
+            direct = optics.direct_at_lights(&seen, lambda);
+        }
+        let mut found = Multiple {
+            direct,
+            forward: [zero; 3],
+        };
+        for channel in 0..3 {
+            let mut scattered = zero;
+            let gained = forward.gained[channel] * density_forward;
+            if bits & TERM_GLOBAL != 0 {
+                scattered += gained * forward.density * global[channel];
+            }
+            if has_local {
+                scattered += gained * local[channel] * density_back;
+            }
+            found.direct[channel] = solid_angle * (direct[channel] * density_back);
+            found.forward[channel] = solid_angle * scattered;
+        }
+        found
+    }
+}
