@@ -13,11 +13,17 @@ const AZIMUTH_REACH: f32 = 3.62;
 const HALF_CIRCLE_REACH: f32 = 1.65;
 // How much denser nodes in azimuth are in the middle.
 const AZIMUTH_STRETCH: f32 = 2.3;
-// By how much of that they are moved for an outer node at u = 1, and at most.
+// kappa_3 times this is how much of that they are, under 1.
+const AZIMUTH_STRETCHED: f32 = 0.75315;
+// Lobes that a node looks at are wider by this share of the square of the step to the next one.
+const AZIMUTH_BLUR: f32 = 0.05;
+// By how much of AZIMUTH_STRETCH nodes are moved for an outer node at u = 1, and at most.
 const AZIMUTH_SHEAR: f32 = 0.207;
 const AZIMUTH_SHEAR_MAX: f32 = 0.2875;
 // Sine of the lag from which on they are moved by all of that, under 1.
 const AZIMUTH_SIDE: f32 = 4.0;
+// The same of the shift alpha of TRT.
+const AZIMUTH_TILT: f32 = 20.0;
 // Nodes in azimuth: sinh(a t) / sinh(a), cosh(a t) / sinh(a).
 const AZIMUTHS: array<vec2f, 8> = array<vec2f, 8>(
     vec2f(-0.74421734, 0.77128947),
@@ -77,17 +83,25 @@ fn half_angle(x: f32, y: f32, length: f32) -> vec2f {
 
 // cosh and sinh of how far the nodes in azimuth are moved for the node of the outer integral at u;
 // sin_lag = sin(phi_j - phi_o).
-fn moved(u: f32, sin_lag: f32) -> vec2f {
+fn moved(u: f32, sin_lag: f32, fibre: Fibre) -> vec2f {
     let side = clamp(AZIMUTH_SIDE * sin_lag, -1.0, 1.0);
-    let growth = exp(clamp(AZIMUTH_SHEAR * u * side, -AZIMUTH_SHEAR_MAX, AZIMUTH_SHEAR_MAX));
+    let tilt = clamp(AZIMUTH_TILT * fibre.alpha.z, -1.0, 1.0);
+    let growth = exp(clamp(
+        AZIMUTH_SHEAR * u * side * tilt,
+        -AZIMUTH_SHEAR_MAX,
+        AZIMUTH_SHEAR_MAX,
+    ));
     let cosh = 0.5 * (growth + 1.0 / growth);
     return vec2f(cosh, growth - cosh);
 }
 
-// Where a node lies in azimuth, over the reach, and how far from the next one, over as much.
-fn moved_azimuth(ix: u32, by: vec2f) -> vec2f {
+// Where node ix lies in azimuth, over the reach, and how far from the next one, over a quarter of it and
+// AZIMUTH_STRETCH; stretched by a share of that, or even.
+fn azimuth_node(ix: u32, by: vec2f, stretched: f32) -> vec2f {
     let node = azimuths[ix];
-    return vec2f(node.x * by.x + node.y * by.y, node.y * by.x + node.x * by.y);
+    let even = vec2f(0.25 * f32(ix) - 0.875, 1.0 / AZIMUTH_STRETCH);
+    let moved = vec2f(node.x * by.x + node.y * by.y, node.y * by.x + node.x * by.y);
+    return even + stretched * (moved - even);
 }
 
 // Circular Gaussian of sharpness kappa, sin_half of half the azimuth from its centre.
@@ -102,15 +116,16 @@ fn eta_at_azimuth(lag: EllipticLag, sin_half: f32, cos_half: f32, fibre: Fibre) 
     return eta_at(lag.cos_view * cos_psi - lag.sin_view * sin_psi, fibre);
 }
 
-// Sum over the lobes of amplitude times height; sin_half and cos_half of half the azimuth from their
-// common centre.
-fn lobes_at_azimuth(lobes: Lobes, sin_half: f32, cos_half: f32) -> vec3f {
+// Sum over the lobes of amplitude times height, as a node sees them that is a step from the next one;
+// sin_half and cos_half of half the azimuth from their common centre.
+fn lobes_at_azimuth(lobes: Lobes, sin_half: f32, cos_half: f32, step: f32) -> vec3f {
     let angles = angles_to(lobes, sin_half, cos_half);
-    let kappas = angles.kappa;
+    let kappas = 2.0 / (lobes.lambda * lobes.lambda + AZIMUTH_BLUR * (step * step));
+    let lower = lobes.lambda * sqrt(0.5 * kappas);
     let near = angles.near;
     let far = angles.far;
-    let p_0 = height(kappas.x, sin_half);
-    let p_1 = height(kappas.y, near.x) + height(kappas.y, far.x);
-    let p_2 = height(kappas.z, near.y) + height(kappas.z, far.y);
+    let p_0 = lower.x * height(kappas.x, sin_half);
+    let p_1 = lower.y * (height(kappas.y, near.x) + height(kappas.y, far.x));
+    let p_2 = lower.z * (height(kappas.z, near.y) + height(kappas.z, far.y));
     return lobes.amplitude[0] * p_0 + lobes.amplitude[1] * p_1 + lobes.amplitude[2] * p_2;
 }

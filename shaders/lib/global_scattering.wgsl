@@ -14,11 +14,11 @@ fn half_circle_elliptic(
 ) -> vec3f {
     let cos_lag = 1.0 - 2.0 * lag.sin_half * lag.sin_half;
     let sin_lag = 2.0 * lag.sin_half * lag.cos_half;
-    let by = moved(u, sin_lag);
+    let by = moved(u, sin_lag, shading.fibre);
     let mean = lobes_trt_at(trt, shading, eta_at(lag.cos_view, shading.fibre), cos_theta_d);
     var total = vec3f(0.0);
     for (var ix = 0u; ix < 8u; ix++) {
-        let node = moved_azimuth(ix, by);
+        let node = azimuth_node(ix, by, 1.0);
         let delta = 0.5 * HALF_CIRCLE_REACH * node.x;
         let sin_delta = sin(delta);
         let cos_delta = cos(delta);
@@ -28,8 +28,8 @@ fn half_circle_elliptic(
         let weight = step * clamp(0.5 + from_light / step, 0.0, 1.0);
         let eta = eta_at_azimuth(lag, sin_delta, cos_delta, shading.fibre);
         let lobes = lobes_trt_at(trt, shading, eta, cos_theta_d);
-        let value = lobes_at_azimuth(lobes, sin_delta, cos_delta);
-        total += weight * (value - lobes_at_azimuth(mean, sin_delta, cos_delta));
+        let value = lobes_at_azimuth(lobes, sin_delta, cos_delta, step);
+        total += weight * (value - lobes_at_azimuth(mean, sin_delta, cos_delta, step));
     }
     let closed = half_circle_lobes(lag.sin_half, lag.cos_half, mean);
     return max(closed + (0.5 / (PI * PI)) * total, vec3f(0.0));

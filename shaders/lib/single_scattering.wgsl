@@ -66,10 +66,12 @@ fn azimuthal_elliptic(
     let mean = lobes_trt_at(trt, shading, eta_at(cosine, shading.fibre), cos_theta_d);
     let light = half_angle(kappa + AZIMUTH_BUMP * cos_lag, -AZIMUTH_BUMP * sin_lag, kappa_3);
     let reach = min(AZIMUTH_REACH / sqrt(kappa_3), PI);
-    let by = moved(u, sin_lag);
+    let by = moved(u, sin_lag, shading.fibre);
+    let stretched = min(AZIMUTH_STRETCHED * kappa_3, 1.0);
+    let step_of_t = reach * (0.25 * AZIMUTH_STRETCH);
     var total = vec3f(0.0);
     for (var ix = 0u; ix < 8u; ix++) {
-        let node = moved_azimuth(ix, by);
+        let node = azimuth_node(ix, by, stretched);
         let delta = 0.5 * reach * node.x;
         let sin_delta = sin(delta);
         let cos_delta = cos(delta);
@@ -78,12 +80,13 @@ fn azimuthal_elliptic(
         let from_light = light.x * cos_delta + light.y * sin_delta;
         let eta = eta_at_azimuth(lag, sin_half, cos_half, shading.fibre);
         let lobes = lobes_trt_at(trt, shading, eta, cos_theta_d);
-        let value = lobes_at_azimuth(lobes, sin_half, cos_half);
-        let of_mean = lobes_at_azimuth(mean, sin_half, cos_half);
+        let step = step_of_t * node.y;
+        let value = lobes_at_azimuth(lobes, sin_half, cos_half, step);
+        let of_mean = lobes_at_azimuth(mean, sin_half, cos_half, step);
         total += node.y * height(kappa, from_light) * (value - of_mean);
     }
     let closed = azimuthal_lobes(kappa, lag.sin_half, lag.cos_half, mean);
-    return max(closed + reach * (AZIMUTH_STRETCH / (8.0 * PI)) * total, vec3f(0.0));
+    return max(closed + step_of_t * (0.5 / PI) * total, vec3f(0.0));
 }
 
 // Sum over the enabled modes: the integral of the light of amplitude 1 against S cos(theta_i),

@@ -36,7 +36,7 @@ const SCALE_FLOOR: f64 = 1e-2;
 /// a half float may cut.
 const SCALE_MIN: f64 = 1e-3;
 /// Evaluations a line.
-const BUDGET: usize = 1500;
+const BUDGET: usize = 4000;
 
 /// What is walked along: a parameter of light or view, or one of the fibre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,8 +12,8 @@ use core::f32::consts::FRAC_1_PI;
 
 use super::constants::SQRT_PI;
 use super::eccentric::{
-    AZIMUTH_STRETCH, AZIMUTHS, EllipticLag, HALF_CIRCLE_REACH, elliptic_lag, eta_at,
-    eta_at_azimuth, lobes_at_azimuth, moved, moved_azimuth,
+    AZIMUTH_STRETCH, AZIMUTHS, EllipticLag, HALF_CIRCLE_REACH, azimuth_node, elliptic_lag, eta_at,
+    eta_at_azimuth, lobes_at_azimuth, moved,
 };
 use super::fibre::Fibre;
 use super::fisher::{forward_share, further_orders};
@@ -40,11 +40,11 @@ pub fn half_circle_elliptic(
 ) -> [f32; 3] {
     let cos_lag = 1.0 - 2.0 * lag.sin_half * lag.sin_half;
     let sin_lag = 2.0 * lag.sin_half * lag.cos_half;
-    let by = moved(u, sin_lag);
+    let by = moved(u, sin_lag, fibre);
     let mean = trt.lobes_at(eta_at(lag.cos_view, fibre), cos_theta_d);
     let mut total = [0.0f32; 3];
-    for node in AZIMUTHS {
-        let [at, dense] = moved_azimuth(node, by);
+    for ix in 0..AZIMUTHS.len() {
+        let [at, dense] = azimuth_node(ix, by, 1.0);
         let delta = 0.5 * HALF_CIRCLE_REACH * at;
         let (sin, cos) = (delta.sin(), delta.cos());
         let step = (0.25 * HALF_CIRCLE_REACH * AZIMUTH_STRETCH) * dense;
@@ -52,8 +52,8 @@ pub fn half_circle_elliptic(
         // Next to the ends of the half circle the cosine is the distance from them.
         let weight = step * (0.5 + from_light / step).clamp(0.0, 1.0);
         let eta = eta_at_azimuth(lag, sin, cos, fibre);
-        let value = lobes_at_azimuth(&trt.lobes_at(eta, cos_theta_d), sin, cos);
-        let of_mean = lobes_at_azimuth(&mean, sin, cos);
+        let value = lobes_at_azimuth(&trt.lobes_at(eta, cos_theta_d), sin, cos, step);
+        let of_mean = lobes_at_azimuth(&mean, sin, cos, step);
         for channel in 0..3 {
             total[channel] += weight * (value[channel] - of_mean[channel]);
         }

@@ -9,13 +9,14 @@
 //! ([`super::eccentric`]). Of model `energy` ([`super::fisher_lobe`]) TT and TRT read
 //! once for all nodes.
 
-use core::f32::consts::{FRAC_1_SQRT_2, PI};
+use core::f32::consts::{FRAC_1_PI, FRAC_1_SQRT_2, PI};
 
 use super::azimuthal::{azimuthal_lobes, azimuthal_trt, azimuthal_tt};
 use super::azimuthal_r::{Reflectance, azimuthal_r};
 use super::eccentric::{
-    AZIMUTH_BUMP, AZIMUTH_REACH, AZIMUTH_STRETCH, AZIMUTHS, EllipticLag, elliptic_lag, eta_at,
-    eta_at_azimuth, half_angle, height, lobes_at_azimuth, moved, moved_azimuth,
+    AZIMUTH_BUMP, AZIMUTH_REACH, AZIMUTH_STRETCH, AZIMUTH_STRETCHED, AZIMUTHS, EllipticLag,
+    azimuth_node, elliptic_lag, eta_at, eta_at_azimuth, half_angle, height, lobes_at_azimuth,
+    moved,
 };
 use super::fibre::{Fibre, MODE_R};
 use super::fisher::{fisher_density, fisher_lobe, fisher_place, fisher_rule, further_orders};
@@ -68,10 +69,12 @@ pub fn azimuthal_elliptic(
     let (x, y) = (kappa + AZIMUTH_BUMP * cos_lag, -AZIMUTH_BUMP * sin_lag);
     let [sin_light, cos_light] = half_angle(x, y, kappa_3);
     let reach = (AZIMUTH_REACH / kappa_3.sqrt()).min(PI);
-    let by = moved(u, sin_lag);
+    let by = moved(u, sin_lag, fibre);
+    let stretched = (AZIMUTH_STRETCHED * kappa_3).min(1.0);
+    let step_of_t = reach * (0.25 * AZIMUTH_STRETCH);
     let mut total = [0.0f32; 3];
-    for node in AZIMUTHS {
-        let [at, dense] = moved_azimuth(node, by);
+    for ix in 0..AZIMUTHS.len() {
+        let [at, dense] = azimuth_node(ix, by, stretched);
         let delta = 0.5 * reach * at;
         let (sin, cos) = (delta.sin(), delta.cos());
         let sin_half = sin_centre * cos + cos_centre * sin;
@@ -80,16 +83,17 @@ pub fn azimuthal_elliptic(
         let weight = dense * height(kappa, from_light);
         let eta = eta_at_azimuth(lag, sin_half, cos_half, fibre);
         let lobes = trt.lobes_at(eta, cos_theta_d);
-        let value = lobes_at_azimuth(&lobes, sin_half, cos_half);
-        let of_mean = lobes_at_azimuth(&mean, sin_half, cos_half);
+        let step = step_of_t * dense;
+        let value = lobes_at_azimuth(&lobes, sin_half, cos_half, step);
+        let of_mean = lobes_at_azimuth(&mean, sin_half, cos_half, step);
         for channel in 0..3 {
             total[channel] += weight * (value[channel] - of_mean[channel]);
         }
     }
-    // d psi / dt times the step of t; N_TRT is the lobes over 2 pi.
-    let step = reach * (AZIMUTH_STRETCH / (8.0 * PI));
+    // N_TRT is the lobes over 2 pi.
+    let scale = step_of_t * (0.5 * FRAC_1_PI);
     let closed = azimuthal_lobes(kappa, lag.sin_half, lag.cos_half, &mean);
-    std::array::from_fn(|channel| (closed[channel] + step * total[channel]).max(0.0))
+    std::array::from_fn(|channel| (closed[channel] + scale * total[channel]).max(0.0))
 }
 
 /// [`azimuthal_elliptic`] as two nodes of the outer integral weigh it: the inner integral by itself.

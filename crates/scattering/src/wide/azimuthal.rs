@@ -25,12 +25,7 @@ pub(super) fn lobe_integral<S: Simd>(
 
 /// Sharpnesses of the lobes, 2 / lambda^2.
 #[inline(always)]
-pub(super) fn sharpnesses<S: Simd>(lobes: &Lobes<S>) -> [f32x8<S>; 3] {
-    let [square_0, square_1, square_2] = [
-        lobes.lambda[0] * lobes.lambda[0],
-        lobes.lambda[1] * lobes.lambda[1],
-        lobes.lambda[2] * lobes.lambda[2],
-    ];
+pub(super) fn sharpnesses<S: Simd>([square_0, square_1, square_2]: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
     let whole = square_0 * square_1 * square_2;
     let inverse = f32x8::splat(whole.token(), 2.0) / whole;
     [
@@ -49,7 +44,12 @@ pub(super) fn azimuthal_lobes<S: Simd>(
     cos_half: f32x8<S>,
     lobes: &Lobes<S>,
 ) -> [f32x8<S>; 3] {
-    let [kappa_0, kappa_1, kappa_2] = sharpnesses(lobes);
+    let [lambda_0, lambda_1, lambda_2] = lobes.lambda;
+    let [kappa_0, kappa_1, kappa_2] = sharpnesses([
+        lambda_0 * lambda_0,
+        lambda_1 * lambda_1,
+        lambda_2 * lambda_2,
+    ]);
     let middle_1 = sin_half * lobes.cos_half[0];
     let apart_1 = cos_half * lobes.sin_half[0];
     let middle_2 = sin_half * lobes.cos_half[1];
