@@ -22,6 +22,7 @@ mod bounce;
 mod eight_lights;
 mod multiple;
 mod narrow;
+mod narrow_light;
 mod optics;
 mod shadowed;
 
@@ -36,9 +37,8 @@ use super::shade::{Counts, Terms};
 use super::unblocked::{Unblocked, VisiblePoint};
 
 pub(super) use bounce::Fibres;
-use eight_lights::EightLights;
-use multiple::Multiple;
-use narrow::{AlongOf, Narrow};
+use eight_lights::{EightLights, Multiple};
+use narrow_light::{AlongOf, Narrow};
 use optics::{LastPainted, Painted, PlainOptics, PointOptics};
 
 /// Visible points that a thread shades at a time.

@@ -1,6 +1,6 @@
-//! Lights in vectors of eight.
+//! Lights in vectors of eight, and what comes of them.
 
-use strandlight_scattering::wide::LANES;
+use strandlight_scattering::wide::{LANES, Simd, f32x8};
 use strandlight_scene::scene::LightRecord;
 
 use super::super::arriving::Columns;
@@ -50,4 +50,12 @@ impl EightLights {
         }
         eight
     }
+}
+
+/// Multiple scattering of eight lights, for an amplitude of 1 each.
+pub(super) struct Multiple<S: Simd> {
+    /// Local scattering of light that comes straight, unblocked.
+    pub direct: [f32x8<S>; 3],
+    /// Global and local scattering of what the hair sends on forward.
+    pub forward: [f32x8<S>; 3],
 }

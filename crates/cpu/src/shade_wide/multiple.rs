@@ -8,16 +8,8 @@ use strandlight_scattering::wide::{
 };
 
 use super::WideShader;
-use super::eight_lights::EightLights;
+use super::eight_lights::{EightLights, Multiple};
 use super::optics::{PointOptics, Seen};
-
-/// Multiple scattering of eight lights, for an amplitude of 1 each.
-pub(super) struct Multiple<S: Simd> {
-    /// Local scattering of light that comes straight, unblocked.
-    pub direct: [f32x8<S>; 3],
-    /// Global and local scattering of what the hair sends on forward.
-    pub forward: [f32x8<S>; 3],
-}
 
 impl WideShader<'_> {
     /// How open the hair around a point is along the axes, for [`local_density`].
