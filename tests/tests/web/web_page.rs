@@ -329,8 +329,7 @@ fn without_webgpu_the_cpu_draws_the_page() {
     assert_eq!(browser.console, Vec::<String>::new());
 
     // Where there are no workers the page draws the same.
-    browser
-        .before_pages("globalThis.Worker = class { constructor() { throw Error('not here'); } };");
+    browser.before_pages(NO_WORKERS);
     browser.go(&address);
     browser.wait_for(&is_done(true));
     let alone = look(&mut browser, "web-cpu-alone").part(extent);
@@ -372,19 +371,57 @@ const TIME_INPUT: &str = "
         }, { capture: true });
     }";
 
+/// A page of the scene that `STRANDLIGHT_SCENE` names, in `own`, or of the small one of the tests.
+fn measured_page(own: &Path) -> &Path {
+    match std::env::var_os("STRANDLIGHT_SCENE") {
+        Some(scene) => {
+            build(Path::new(&scene), own).expect("web/build makes the page");
+            own
+        }
+        None => page(),
+    }
+}
+
+/// Keeps how many milliseconds after the page was asked for the log has an event.
+const TIME_EVENTS: &str = "
+    globalThis.at = {};
+    globalThis.strandview_log = [];
+    strandview_log.push = line => at[JSON.parse(line).event] ??= performance.now();";
+
+const NO_WORKERS: &str =
+    "globalThis.Worker = class { constructor() { throw Error('not here'); } };";
+
+/// `cargo test --release -p strandlight-tests --test web opening -- --ignored --nocapture`, with the scene that
+/// `STRANDLIGHT_SCENE` names or the small one of the tests.
+#[test]
+#[ignore = "a measurement: what a worker costs a page without WebGPU that is opened"]
+fn measure_opening() {
+    let own = tempfile::tempdir().expect("a temporary folder");
+    let address = serve(measured_page(own.path()));
+    for _ in 0..3 {
+        for (what, script) in [("worker", ""), ("no worker", NO_WORKERS)] {
+            let mut browser = Browser::start(WITHOUT_WEBGPU, [1072, 560]);
+            browser.before_pages(TIME_EVENTS);
+            browser.before_pages(script);
+            browser.go(&address);
+            browser.wait_until("a finished picture", |browser| {
+                browser.evaluate("at.ready !== undefined") == true
+                    && browser.evaluate(&is_done(true)) == true
+            });
+            let ready = browser.evaluate("at.ready").as_f64().unwrap_or(0.0);
+            let megabytes = browser.page_bytes() >> 20;
+            println!("{what}: all light after {ready:.0} ms, {megabytes} MB at rest");
+        }
+    }
+}
+
 /// `cargo test --release -p strandlight-tests --test web input -- --ignored --nocapture`, with the scene that `STRANDLIGHT_SCENE`
 /// names or the small one of the tests.
 #[test]
 #[ignore = "a measurement: how long input waits in a page without WebGPU"]
 fn measure_input() {
     let own = tempfile::tempdir().expect("a temporary folder");
-    let folder = match std::env::var_os("STRANDLIGHT_SCENE") {
-        Some(scene) => {
-            build(Path::new(&scene), own.path()).expect("web/build makes the page");
-            own.path()
-        }
-        None => page(),
-    };
+    let folder = measured_page(own.path());
     let mut browser = Browser::start(WITHOUT_WEBGPU, [1072, 560]);
     browser.before_pages(&format!("globalThis.strandview_log = [];{TIME_INPUT}"));
     browser.go(&serve(folder));

@@ -35,7 +35,7 @@ pub struct Browser {
     pub console: Vec<String>,
     /// Kinds of the questions that were asked before the page, such as `beforeunload`.
     pub dialogs: Vec<String>,
-    _profile: tempfile::TempDir,
+    profile: tempfile::TempDir,
 }
 
 impl Browser {
@@ -65,7 +65,7 @@ impl Browser {
             last_id: 0,
             console: Vec::new(),
             dialogs: Vec::new(),
-            _profile: profile,
+            profile,
         };
         let targets = browser.call("Target.getTargets", json!({}));
         let page = targets["targetInfos"]
@@ -81,6 +81,21 @@ impl Browser {
         browser.call("Runtime.enable", json!({}));
         browser.resize(size);
         browser
+    }
+
+    /// Memory of the processes that run pages: their share of what they hold.
+    pub fn page_bytes(&self) -> u64 {
+        let profile = self.profile.path().display().to_string();
+        let processes = std::fs::read_dir("/proc").expect("a list of processes");
+        let bytes = processes.flatten().filter_map(|process| {
+            let read = |name| std::fs::read_to_string(process.path().join(name)).ok();
+            let words = read("cmdline")?;
+            (words.contains("--type=renderer") && words.contains(&profile)).then_some(())?;
+            let memory = read("smaps_rollup")?;
+            let line = memory.lines().find_map(|line| line.strip_prefix("Pss:"))?;
+            line.split_whitespace().next()?.parse::<u64>().ok()
+        });
+        1024 * bytes.sum::<u64>()
     }
 
     /// Makes the page `width` and `height` pixels large.
