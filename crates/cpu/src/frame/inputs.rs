@@ -167,7 +167,8 @@ pub(super) fn maps_of<'a>(
     })
 }
 
-/// The tables, where there are points that they serve and they have all terms of multiple scattering that are drawn.
+/// The tables, where there are points that they serve and they have all terms of multiple scattering that are drawn. Of an
+/// elliptic fibre they have no global scattering, which shading by tables finds itself.
 pub(super) fn tables_for<'a>(
     scene: &PreparedScene,
     tables: Option<&'a SceneTables>,
@@ -176,7 +177,10 @@ pub(super) fn tables_for<'a>(
     let drawn = scene.terms() & (TERM_GLOBAL | TERM_LOCAL);
     let needed = needed.filter(|needed| needed.is_any())?;
     tables.filter(|tables| {
-        let of_plain = tables.plain.as_ref().map_or(drawn, MultipleTables::terms);
+        let mut of_plain = tables.plain.as_ref().map_or(drawn, MultipleTables::terms);
+        if scene.hair.optics().fibre.is_elliptic() {
+            of_plain |= TERM_GLOBAL;
+        }
         needed.are_in(tables) && drawn & !(of_plain & tables.painted.terms()) == 0
     })
 }
