@@ -1,8 +1,10 @@
 // #import lib/constants
+// #import lib/frame
 // #import lib/half_circle
 // Multiple scattering of one fibre by look-up: rgba16float 3D textures, filtered by the hardware.
 // Twin: crates/scattering/src/multiple_tables, functions without the prefix multiple_; axes.rs and
-// source.rs there explain the layout.
+// source.rs there explain the layout. With the feature ELLIPTIC_TABLES they are those of an elliptic fibre,
+// and multiple_seen_from has to run before the first look-up of an invocation.
 
 // Where the rows of a table stand.
 struct MultipleAxes {
@@ -20,7 +22,7 @@ struct MultipleAxes {
 
 // Where the rows of both tables stand, and what their numbers mean.
 struct MultipleLayout {
-    // Of global and local scattering: four blocks of layers, a texel of each is a row.
+    // Of global and local scattering: four blocks of layers a half, a texel of each is a row.
     rows: MultipleAxes,
     // Of direct local scattering, a texel a row.
     direct: MultipleAxes,
@@ -35,7 +37,18 @@ struct MultipleLayout {
     grazing: f32,
     last_node: f32,
     terms: u32,
-    padding: vec2u,
+    // Halves of a row: 2 of an elliptic fibre, else 1.
+    n_halves: u32,
+    padding: u32,
+}
+
+// Azimuths of a light and the view: cosine and sine of phi_j - phi_o and of 2 phi_o. A round fibre looks
+// at the first alone.
+struct MultipleAzimuths {
+    cos_delta: f32,
+    sin_delta: f32,
+    cos_view: f32,
+    sin_view: f32,
 }
 
 // M^G and M^L.
@@ -109,27 +122,104 @@ fn multiple_lag_functions(tables: MultipleLayout, cosine: f32) -> vec4f {
     return cosine * (f[0] + (twice - 1.0) * s_1 - s_2);
 }
 
+// Those of a light from this direction.
+fn multiple_between(light: DirectionInFrame, view: DirectionInFrame) -> MultipleAzimuths {
+    let cos_delta = view.cos_phi * light.cos_phi + view.sin_phi * light.sin_phi;
+    return MultipleAzimuths(
+        clamp(cos_delta, -1.0, 1.0),
+        view.cos_phi * light.sin_phi - view.sin_phi * light.cos_phi,
+        1.0 - 2.0 * view.sin_phi * view.sin_phi,
+        2.0 * view.sin_phi * view.cos_phi,
+    );
+}
+
+// #if ELLIPTIC_TABLES
+// Terms of an order: a constant in the lag, then cosines, then as many sines.
+const N_TERMS: u32 = 13u;
+
+// Factors of the terms in the eight functions, from the view of the invocation.
+var<private> seen: array<array<vec4f, 2>, N_TERMS>;
+
+// Looks at the functions, a row of two texels a term of an order, from this view.
+fn multiple_seen_from(functions: texture_2d<f32>, view: DirectionInFrame) {
+    let cos_view = 1.0 - 2.0 * view.sin_phi * view.sin_phi;
+    let sin_view = 2.0 * view.sin_phi * view.cos_phi;
+    let n_rows = textureDimensions(functions).y;
+    for (var term = 0u; term < N_TERMS; term++) {
+        var cosine = 1.0;
+        var sine = 0.0;
+        var low = vec4f(0.0);
+        var high = vec4f(0.0);
+        for (var row = term; row < n_rows; row += N_TERMS) {
+            let turn = select(cosine, sine, term > N_TERMS / 2u);
+            low += turn * textureLoad(functions, vec2u(0u, row), 0);
+            high += turn * textureLoad(functions, vec2u(1u, row), 0);
+            let before = cosine;
+            cosine = before * cos_view - sine * sin_view;
+            sine = sine * cos_view + before * sin_view;
+        }
+        seen[term] = array<vec4f, 2>(low, high);
+    }
+}
+
+// The functions at these azimuths; the first is 1.
+fn multiple_elliptic_functions(azimuths: MultipleAzimuths) -> array<vec4f, 2> {
+    let cos_2 = 1.0 - 2.0 * azimuths.sin_delta * azimuths.sin_delta;
+    let sin_2 = 2.0 * azimuths.sin_delta * azimuths.cos_delta;
+    var cosine = azimuths.cos_delta;
+    var sine = azimuths.sin_delta;
+    var low = seen[0][0];
+    var high = seen[0][1];
+    for (var k = 1u; k <= N_TERMS / 2u; k++) {
+        low += cosine * seen[k][0] + sine * seen[N_TERMS / 2u + k][0];
+        high += cosine * seen[k][1] + sine * seen[N_TERMS / 2u + k][1];
+        let before = cosine;
+        cosine = before * cos_2 - sine * sin_2;
+        sine = sine * cos_2 + before * sin_2;
+    }
+    return array<vec4f, 2>(low, high);
+}
+// #endif
+
 // M^G and M^L, linear RGB, >= 0, of light of width sigma_f at inclination theta_j seen from
-// theta_o; cos_delta is the cosine of the azimuth between them.
+// theta_o.
 fn multiple_at(
     tables: MultipleLayout,
     rows: texture_3d<f32>,
     linear: sampler,
     theta_j: f32,
     theta_o: f32,
-    cos_delta: f32,
+    azimuths: MultipleAzimuths,
     sigma_f: f32,
 ) -> MultipleScattering {
+// #if ELLIPTIC_TABLES
+    let block = 0.125;
+// #else
+    let block = 0.25;
+// #endif
     let count = vec3f(tables.rows.count);
     let place = multiple_place(tables, tables.rows, sigma_f, theta_j, theta_o) + 0.5;
-    let at = vec3f(place.z / count.z, place.y / count.y, 0.25 * place.x / count.x);
+    let at = vec3f(place.z / count.z, place.y / count.y, block * place.x / count.x);
+    let step = vec3f(0.0, 0.0, block);
     let x_0 = textureSampleLevel(rows, linear, at, 0.0);
-    let x_1 = textureSampleLevel(rows, linear, at + vec3f(0.0, 0.0, 0.25), 0.0);
-    let x_2 = textureSampleLevel(rows, linear, at + vec3f(0.0, 0.0, 0.5), 0.0);
-    let x_3 = textureSampleLevel(rows, linear, at + vec3f(0.0, 0.0, 0.75), 0.0);
-    let functions = multiple_lag_functions(tables, cos_delta);
+    let x_1 = textureSampleLevel(rows, linear, at + step, 0.0);
+    let x_2 = textureSampleLevel(rows, linear, at + 2.0 * step, 0.0);
+    let x_3 = textureSampleLevel(rows, linear, at + 3.0 * step, 0.0);
+// #if ELLIPTIC_TABLES
+    let functions = multiple_elliptic_functions(azimuths);
+    let f_0 = functions[0];
+    let f_1 = functions[1];
+    let x_4 = textureSampleLevel(rows, linear, at + 4.0 * step, 0.0);
+    let x_5 = textureSampleLevel(rows, linear, at + 5.0 * step, 0.0);
+    let x_6 = textureSampleLevel(rows, linear, at + 6.0 * step, 0.0);
+    let x_7 = textureSampleLevel(rows, linear, at + 7.0 * step, 0.0);
+    let global = x_0.xyz + f_0.y * x_1.xyz + f_0.z * x_2.xyz + f_0.w * x_3.xyz
+        + f_1.x * x_4.xyz + f_1.y * x_5.xyz + f_1.z * x_6.xyz + f_1.w * x_7.xyz;
+// #else
+    let functions = multiple_lag_functions(tables, azimuths.cos_delta);
     let global = x_0.xyz + functions.y * x_1.xyz + functions.z * x_2.xyz + functions.w * x_3.xyz;
-    let overlap = PI - acos(clamp(cos_delta, -1.0, 1.0));
+// #endif
+    let overlap = PI - acos(clamp(azimuths.cos_delta, -1.0, 1.0));
     let local = overlap * max(vec3f(x_0.w, x_1.w, x_2.w), vec3f(0.0));
     return MultipleScattering(
         tables.row_scales.xyz * max(global, vec3f(0.0)),

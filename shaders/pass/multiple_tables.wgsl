@@ -15,9 +15,9 @@
 @group(0) @binding(0) var<uniform> tables: MultipleLayout;
 @group(0) @binding(1) var<uniform> fibre: Fibre;
 @group(0) @binding(2) var averages: texture_2d<f32>;
-// N_t^G over cos(theta_d), [mode][node].
+// N_t^G over cos(theta_d), [half][mode][node].
 @group(0) @binding(3) var<storage, read> profiles: array<array<vec4f, 4>>;
-// [width][sum][difference], four a row; of direct local scattering one.
+// [half][width][sum][difference], four each; of direct local scattering [width][sum][difference].
 @group(0) @binding(4) var<storage, read_write> rows: array<vec4f>;
 @group(0) @binding(5) var texels: texture_storage_3d<rgba16float, write>;
 
@@ -31,14 +31,14 @@ fn direction(theta: f32, azimuth: vec2f) -> DirectionInFrame {
     return DirectionInFrame(theta, max(cos(theta), 0.0), azimuth.x, azimuth.y);
 }
 
-// Adds `factor` times N_t^G at cos_theta_d to a row.
-fn add(sum: ptr<function, array<vec4f, 4>>, mode: u32, cos_theta_d: f32, factor: f32) {
+// Adds `factor` times N_t^G at cos_theta_d to half a row. `profile`: half times three and mode.
+fn add(sum: ptr<function, array<vec4f, 4>>, profile: u32, cos_theta_d: f32, factor: f32) {
     let place = (1.0 + tables.grazing) * cos_theta_d / (tables.grazing + cos_theta_d);
     let at = clamp(tables.last_node * place, 0.0, tables.last_node);
     let first = min(floor(at), tables.last_node - 1.0);
     let high = factor * (at - first);
     let low = factor - high;
-    let ix = mode * (u32(tables.last_node) + 1u) + u32(first);
+    let ix = profile * (u32(tables.last_node) + 1u) + u32(first);
     let below = profiles[ix];
     let above = profiles[ix + 1u];
     (*sum)[0] += low * below[0] + high * above[0];
@@ -50,11 +50,13 @@ fn add(sum: ptr<function, array<vec4f, 4>>, mode: u32, cos_theta_d: f32, factor:
 // Global scattering of one mode by the factors of its N_t^G.
 fn add_global(
     sum: ptr<function, array<vec4f, 4>>,
+    half: u32,
     mode: u32,
     light: DirectionInFrame,
     theta_o: f32,
     sigma_f: f32,
 ) {
+    let profile = 3u * half + mode;
     if (fibre.modes & (1u << mode)) == 0u {
         return;
     }
@@ -62,7 +64,7 @@ fn add_global(
         let share = forward_share(mode, light.theta, theta_o, sigma_f, fibre);
         let cosine = mean_cosine(light.theta, light.cos_theta, sigma_f);
         let cos_o = inclination(theta_o).cos_theta_d;
-        add(sum, mode, cos_o, share / (SQRT_PI * sigma_f * cosine));
+        add(sum, profile, cos_o, share / (SQRT_PI * sigma_f * cosine));
         return;
     }
     let rule = outer_rule(light.theta, sigma_f, theta_o, fibre.alpha[mode], fibre.beta[mode]);
@@ -82,7 +84,7 @@ fn add_global(
         let cos_i = max(cos(place.theta_i), 0.0);
         let cos_d = inclination(0.5 * (theta_o - place.theta_i)).cos_theta_d;
         let ratio = min(cos_i / cos_d, 2.0);
-        add(sum, mode, cos_d, scale * weight * (ratio * ratio));
+        add(sum, profile, cos_d, scale * weight * (ratio * ratio));
     }
 }
 
@@ -129,21 +131,23 @@ fn cosine_of_share(kappa: f32, share: f32) -> f32 {
 fn fill_rows(@builtin(global_invocation_id) id: vec3u) {
     let axes = tables.rows;
     let layer = axes.count.y * axes.count.z;
-    if id.x >= axes.count.x * layer {
+    let half = id.x / (axes.count.x * layer);
+    let ix = id.x % (axes.count.x * layer);
+    if half >= tables.n_halves {
         return;
     }
-    let width = multiple_width_of(axes, id.x / layer);
-    let theta = multiple_inclinations_of(tables, axes, width, id.x % layer);
+    let width = multiple_width_of(axes, ix / layer);
+    let theta = multiple_inclinations_of(tables, axes, width, ix % layer);
     let light = direction(theta.x, vec2f(1.0, 0.0));
     var sum = array<vec4f, 4>(vec4f(0.0), vec4f(0.0), vec4f(0.0), vec4f(0.0));
     if (tables.terms & TERM_GLOBAL) != 0u {
         // Not a loop over the modes: see lib/global_scattering.
-        add_global(&sum, 0u, light, theta.y, width);
-        add_global(&sum, 1u, light, theta.y, width);
-        add_global(&sum, 2u, light, theta.y, width);
+        add_global(&sum, half, 0u, light, theta.y, width);
+        add_global(&sum, half, 1u, light, theta.y, width);
+        add_global(&sum, half, 2u, light, theta.y, width);
     }
     var local = vec3f(0.0);
-    if (tables.terms & TERM_LOCAL) != 0u {
+    if (tables.terms & TERM_LOCAL) != 0u && half == 0u {
         // Over the overlap of the half circles, pi - Delta.
         let view = direction(theta.y, vec2f(1.0, 0.0));
         local = local_scattering(light, view, width, averages, AverageRow()) / PI;
@@ -174,8 +178,8 @@ fn balance_weights(ix: u32, count: u32) -> vec3f {
     return select(vec3f(0.0, 1.0, 0.0), vec3f(-1.0, 14.0, -1.0) / 12.0, is_within);
 }
 
-// Number `block` of row `ix`, of `n_blocks`, balanced along all axes.
-fn balance(axes: MultipleAxes, ix: u32, block: u32, n_blocks: u32) -> vec4f {
+// The vector of row `ix` among those from `first` on, each `stride` after the one before, balanced along all axes.
+fn balance(axes: MultipleAxes, ix: u32, first: u32, stride: u32) -> vec4f {
     let layer = axes.count.y * axes.count.z;
     let at = vec3u(ix / layer, ix % layer / axes.count.z, ix % axes.count.z);
     let along_w = balance_weights(at.x, axes.count.x);
@@ -189,7 +193,7 @@ fn balance(axes: MultipleAxes, ix: u32, block: u32, n_blocks: u32) -> vec4f {
         // Beyond the ends the weight is 0.
         let node = min(max(at + by, vec3u(1u)) - 1u, last);
         let row = (node.x * axes.count.y + node.y) * axes.count.z + node.z;
-        sum += weight * rows[n_blocks * row + block];
+        sum += weight * rows[first + stride * row];
     }
     return sum;
 }
@@ -204,13 +208,17 @@ fn stored(value: vec4f) -> vec4f {
 fn balance_rows(@builtin(global_invocation_id) id: vec3u) {
     let axes = tables.rows;
     let layer = axes.count.y * axes.count.z;
-    let ix = id.x / 4u;
+    let n_rows = axes.count.x * layer;
+    let half = id.x / (4u * n_rows);
+    let ix = id.x % (4u * n_rows) / 4u;
     let block = id.x % 4u;
-    if ix >= axes.count.x * layer {
+    if half >= tables.n_halves {
         return;
     }
-    let at = vec3u(ix % axes.count.z, ix % layer / axes.count.z, ix / layer + block * axes.count.x);
-    textureStore(texels, at, stored(balance(axes, ix, block, 4u) / tables.row_scales));
+    let z = ix / layer + (4u * half + block) * axes.count.x;
+    let at = vec3u(ix % axes.count.z, ix % layer / axes.count.z, z);
+    let found = balance(axes, ix, 4u * half * n_rows + block, 4u);
+    textureStore(texels, at, stored(found / tables.row_scales));
 }
 
 @compute @workgroup_size(64)

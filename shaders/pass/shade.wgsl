@@ -19,6 +19,9 @@
 // #if TABLES
 // #import lib/multiple_tables
 // #endif
+// #if ELLIPTIC_TABLES
+// #import lib/multiple_tables
+// #endif
 // #if WIDE
 // #import lib/width_profile
 // #endif
@@ -68,6 +71,10 @@
 @group(0) @binding(19) var rows: texture_3d<f32>;
 @group(0) @binding(21) var direct: texture_3d<f32>;
 @group(0) @binding(22) var linear: sampler;
+// #endif
+// #if ELLIPTIC_TABLES
+// Functions of an elliptic fibre's tables.
+@group(0) @binding(28) var elliptic: texture_2d<f32>;
 // #endif
 
 // Lit places of all maps, [map_index / 4][point], eight bits a map.
@@ -281,6 +288,9 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         around = axis_shares_at(grid_position(grid, position));
 // #endif
     }
+// #if ELLIPTIC_TABLES
+    multiple_seen_from(elliptic, eye);
+// #endif
     for (var ix = 0u; ix < batch.n_lights; ix++) {
 // #if BOUNCE
         let scale = 1.0 / view.radiance_scale;
@@ -308,8 +318,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         let source = light_in_frame(frame * light.direction, light.lambda);
 // #if TABLES
         let towards = source.direction;
-        let cos_delta = clamp(
-            eye.cos_phi * towards.cos_phi + eye.sin_phi * towards.sin_phi, -1.0, 1.0);
+        let azimuths = multiple_between(towards, eye);
 // #endif
         if batch.are_along != 0u && light.n_maps > 0u {
             // `shade_narrow` adds it.
@@ -330,7 +339,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         if (TERMS & TERM_LOCAL) != 0u && direct_power * batch.max_local >= batch.min_power {
 // #if TABLES
             let scattered = multiple_direct_at(tables, direct, linear,
-                towards.theta, towards.cos_theta, eye.theta, cos_delta, light.lambda);
+                towards.theta, towards.cos_theta, eye.theta, azimuths.cos_delta, light.lambda);
 // #else
             let scattered = direct_local_scattering(source, eye, averages, row);
 // #endif
@@ -359,7 +368,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             continue;
         }
         let scattered = multiple_at(
-            tables, rows, linear, towards.theta, eye.theta, cos_delta, arriving.sigma_f);
+            tables, rows, linear, towards.theta, eye.theta, azimuths, arriving.sigma_f);
 // #endif
         if has_global {
 // #if TABLES

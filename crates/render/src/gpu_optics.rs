@@ -298,7 +298,7 @@ fn read_back(
 }
 
 /// Writes the whole of a texture of 16 byte texels.
-fn write_texels(context: &Context, texture: &wgpu::Texture, texels: &[u8]) {
+pub(crate) fn write_texels(context: &Context, texture: &wgpu::Texture, texels: &[u8]) {
     context.write_texture(
         texture.as_image_copy(),
         texels,
@@ -346,7 +346,7 @@ fn upload_averages(context: &Context, fibres: &[&Optics]) -> wgpu::TextureView {
 }
 
 /// A texture of 16 byte texels.
-fn upload(
+pub(crate) fn upload(
     context: &Context,
     label: &str,
     [width, height]: [u32; 2],

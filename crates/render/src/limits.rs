@@ -165,9 +165,10 @@ mod tests {
         let passes = MODULES.iter().filter(|(name, _)| {
             name.starts_with("pass/") && !name.contains("probe") && !name.contains("bench")
         });
-        let features: [&[&str]; 7] = [
+        let features: [&[&str]; 8] = [
             &[],
             &["TABLES"],
+            &["TABLES", "ELLIPTIC_TABLES"],
             &["TABLES", "BOUNCE"],
             &["TABLES", "WIDE"],
             &["PROXIES"],

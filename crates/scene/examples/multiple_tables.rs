@@ -4,7 +4,8 @@
 //! cargo run --release -p strandlight-scene --example multiple_tables -- 100
 //! ```
 //!
-//! Lights and views as in `tests/multiple_tables.rs`, which has the errors; default hair. Time is that of
+//! Lights and views as in `tests/multiple_tables.rs`, which has the errors; default hair, or of an eccentricity
+//! that comes second. Time is that of
 //! the main thread on a core, as Linux counts it.
 
 use std::hint::black_box;
@@ -20,7 +21,9 @@ use strandlight_scattering::closed_form::{
 };
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::jobs::{Job, in_turn};
-use strandlight_scattering::multiple_tables::{MultipleSource, MultipleTables};
+use strandlight_scattering::multiple_tables::{
+    Azimuths, AzimuthsOfLights, MultipleSource, MultipleTables,
+};
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8};
 use strandlight_scattering::{HairParams, Lobe};
@@ -41,10 +44,12 @@ fn main() -> ExitCode {
 
 fn run() -> Result<(), Failed> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [count] = &arguments[..] else {
-        return Err("usage: multiple_tables REPETITIONS".into());
+    let (count, eccentricity) = match &arguments[..] {
+        [count] => (count, 1.0),
+        [count, eccentricity] => (count, eccentricity.parse()?),
+        _ => return Err("usage: multiple_tables REPETITIONS [ECCENTRICITY]".into()),
     };
-    cost(count.parse()?)
+    cost(count.parse()?, eccentricity)
 }
 
 /// The bundled tables.
@@ -82,7 +87,7 @@ impl Bundled {
 struct Query {
     light: LightInFrame,
     view: DirectionInFrame,
-    cos_delta: f32,
+    azimuths: Azimuths,
     sigma_f: f32,
 }
 
@@ -98,10 +103,12 @@ impl Query {
         let channel = random.uniform(0.0, 3.0) as usize;
         let at = sample_averages(material.averages(), sin_theta.asin());
         let sigma_bar_2 = events * at.beta_f_2[channel.min(2)];
+        let light = LightInFrame::from_angles(theta_j, 0.0, lambda);
+        let view = DirectionInFrame::from_angles(theta_o, delta);
         Query {
-            light: LightInFrame::from_angles(theta_j, 0.0, lambda),
-            view: DirectionInFrame::from_angles(theta_o, delta),
-            cos_delta: delta.cos(),
+            light,
+            view,
+            azimuths: Azimuths::between(&light.direction, &view),
             sigma_f: (lambda * lambda + sigma_bar_2).sqrt(),
         }
     }
@@ -117,8 +124,9 @@ fn on_core() -> Result<u64, Failed> {
 struct Eight {
     theta_j: [f32; LANES],
     cos_theta_j: [f32; LANES],
-    theta_o: f32,
-    cos_delta: [f32; LANES],
+    view: DirectionInFrame,
+    cos_phi: [f32; LANES],
+    sin_phi: [f32; LANES],
     sigma_f: [f32; LANES],
     lambda: [f32; LANES],
 }
@@ -129,8 +137,9 @@ impl Eight {
         Eight {
             theta_j: of(|q| q.light.direction.theta),
             cos_theta_j: of(|q| q.light.direction.cos_theta),
-            theta_o: queries[0].view.theta,
-            cos_delta: of(|q| q.cos_delta),
+            view: queries[0].view,
+            cos_phi: of(|q| q.light.direction.cos_phi),
+            sin_phi: of(|q| q.light.direction.sin_phi),
             sigma_f: of(|q| q.sigma_f),
             lambda: of(|q| q.light.lambda),
         }
@@ -141,9 +150,10 @@ impl Eight {
 fn look_up<S: Simd>(simd: S, tables: &MultipleTables, queries: &[Eight]) -> f32 {
     let mut sum = f32x8::splat(simd, 0.0);
     for q in queries {
-        let [theta_j, cos_delta, sigma_f] =
-            [q.theta_j, q.cos_delta, q.sigma_f].map(|x| f32x8::simd_from(simd, x));
-        let (global, local) = tables.at_lights(theta_j, q.theta_o, cos_delta, sigma_f);
+        let [theta_j, cos_phi, sin_phi, sigma_f] =
+            [q.theta_j, q.cos_phi, q.sin_phi, q.sigma_f].map(|x| f32x8::simd_from(simd, x));
+        let azimuths = AzimuthsOfLights::between([cos_phi, sin_phi], &q.view);
+        let (global, local) = tables.at_lights(theta_j, q.view.theta, &azimuths, sigma_f);
         for value in global.into_iter().chain(local) {
             sum += value;
         }
@@ -155,9 +165,13 @@ fn look_up<S: Simd>(simd: S, tables: &MultipleTables, queries: &[Eight]) -> f32 
 fn look_up_direct<S: Simd>(simd: S, tables: &MultipleTables, queries: &[Eight]) -> f32 {
     let mut sum = f32x8::splat(simd, 0.0);
     for q in queries {
-        let [theta_j, cos_theta_j, cos_delta, lambda] =
-            [q.theta_j, q.cos_theta_j, q.cos_delta, q.lambda].map(|x| f32x8::simd_from(simd, x));
-        let direct = tables.direct_at_lights(theta_j, cos_theta_j, q.theta_o, cos_delta, lambda);
+        let [theta_j, cos_theta_j, cos_phi, lambda] =
+            [q.theta_j, q.cos_theta_j, q.cos_phi, q.lambda].map(|x| f32x8::simd_from(simd, x));
+        let sin_phi = f32x8::simd_from(simd, q.sin_phi);
+        let AzimuthsOfLights { cos_delta, .. } =
+            AzimuthsOfLights::between([cos_phi, sin_phi], &q.view);
+        let theta_o = q.view.theta;
+        let direct = tables.direct_at_lights(theta_j, cos_theta_j, theta_o, cos_delta, lambda);
         for value in direct {
             sum += value;
         }
@@ -165,9 +179,13 @@ fn look_up_direct<S: Simd>(simd: S, tables: &MultipleTables, queries: &[Eight]) 
     <[f32; LANES]>::from(sum).iter().sum()
 }
 
-fn cost(repetitions: u64) -> Result<(), Failed> {
+fn cost(repetitions: u64, eccentricity: f64) -> Result<(), Failed> {
     let bundled = Bundled::new()?;
-    let material = bundled.material(&HairParams::default(), &Lobe::ALL)?;
+    let hair = HairParams {
+        eccentricity,
+        ..HairParams::default()
+    };
+    let material = bundled.material(&hair, &Lobe::ALL)?;
     let shading = material.optics().shading(bundled.tables.view());
     let averages = material.averages();
     let start = on_core()?;
@@ -204,7 +222,7 @@ fn cost(repetitions: u64) -> Result<(), Failed> {
     time("global + local look-up", &|queries| {
         let one = |q: &Query| {
             let theta = q.light.direction.theta;
-            let (global, local) = tables.at(theta, q.view.theta, q.cos_delta, q.sigma_f);
+            let (global, local) = tables.at(theta, q.view.theta, &q.azimuths, q.sigma_f);
             sum(global) + sum(local)
         };
         queries.iter().map(one).sum()
@@ -213,7 +231,8 @@ fn cost(repetitions: u64) -> Result<(), Failed> {
         let one = |q: &Query| {
             let at = &q.light.direction;
             let (theta_o, lambda) = (q.view.theta, q.light.lambda);
-            sum(tables.direct_at(at.theta, at.cos_theta, theta_o, q.cos_delta, lambda))
+            let cos_delta = q.azimuths.cos_delta;
+            sum(tables.direct_at(at.theta, at.cos_theta, theta_o, cos_delta, lambda))
         };
         queries.iter().map(one).sum()
     })?;

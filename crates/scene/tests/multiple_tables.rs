@@ -11,7 +11,7 @@ use strandlight_scattering::closed_form::{
 };
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::jobs::Job;
-use strandlight_scattering::multiple_tables::MultipleTables;
+use strandlight_scattering::multiple_tables::{Azimuths, MultipleTables};
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scattering::{HairParams, Lobe, Model, PerLobe};
 use strandlight_scene::material::{HairMaterial, LobeTables};
@@ -92,7 +92,7 @@ fn percent(squares: [[f64; 2]; 3]) -> [f64; 3] {
 struct Query {
     light: LightInFrame,
     view: DirectionInFrame,
-    cos_delta: f32,
+    azimuths: Azimuths,
     sigma_f: f32,
 }
 
@@ -108,20 +108,30 @@ impl Query {
         let channel = random.uniform(0.0, 3.0) as usize;
         let at = sample_averages(material.averages(), sin_theta.asin());
         let sigma_bar_2 = events * at.beta_f_2[channel.min(2)];
+        // A round fibre does not tell where the view is.
+        let phi_o = random.uniform(-PI, PI) as f32;
+        let light = LightInFrame::from_angles(theta_j, phi_o - delta, lambda);
+        let view = DirectionInFrame::from_angles(theta_o, phi_o);
         Query {
-            light: LightInFrame::from_angles(theta_j, 0.0, lambda),
-            view: DirectionInFrame::from_angles(theta_o, delta),
-            cos_delta: delta.cos(),
+            light,
+            view,
+            azimuths: Azimuths::between(&light.direction, &view),
             sigma_f: (lambda * lambda + sigma_bar_2).sqrt(),
         }
     }
 
     fn look_up(&self, tables: &MultipleTables) -> [[f32; 3]; 3] {
         let at = &self.light.direction;
-        let (theta_o, cos_delta) = (self.view.theta, self.cos_delta);
-        let (global, local) = tables.at(at.theta, theta_o, cos_delta, self.sigma_f);
+        let theta_o = self.view.theta;
+        let (global, local) = tables.at(at.theta, theta_o, &self.azimuths, self.sigma_f);
         let lambda = self.light.lambda;
-        let direct = tables.direct_at(at.theta, at.cos_theta, theta_o, cos_delta, lambda);
+        let direct = tables.direct_at(
+            at.theta,
+            at.cos_theta,
+            theta_o,
+            self.azimuths.cos_delta,
+            lambda,
+        );
         [global, local, direct]
     }
 }
@@ -267,22 +277,42 @@ fn tables_of_other_hair_are_told_apart() {
 }
 
 #[test]
-fn elliptic_fibres_keep_the_closed_form_of_global_scattering() {
+fn elliptic_fibres_are_within_their_bounds() {
     let bundled = Bundled::new();
-    let hair = HairParams {
-        eccentricity: 0.85,
-        ..HairParams::default()
-    };
-    let material = bundled.material(&hair, &Lobe::ALL);
-    let tables = bundled.fill(&material, BOTH);
-    assert_eq!(tables.terms(), TERM_LOCAL);
-    let [_, local, direct] = percent(bundled.squares(&material, &tables, 0, 10_000));
-    assert!(local < 1.0 && direct < 1.0, "{local} {direct}");
-    // Without TRT the section does not matter.
-    let material = bundled.material(&hair, &[Lobe::R, Lobe::Tt]);
-    let tables = bundled.fill(&material, BOTH);
-    let errors = percent(bundled.squares(&material, &tables, 0, 10_000));
-    assert!(errors.iter().all(|&error| error < 1.0), "{errors:?}");
+    let (n_hairs, n_draws) = (30, 2000);
+    // Of TRT, of which there is little, the closed form errs by 2.6 % itself.
+    for (modes, limits) in [(&Lobe::ALL[..], [0.4, 0.6]), (&[Lobe::Trt], [4.0, 20.0])] {
+        let mut sum = [[0.0; 2]; 3];
+        let mut worst = [0.0f64; 3];
+        for ix in 0..n_hairs {
+            let mut random = SplitMix64::of_item(8, ix);
+            let hair = HairParams {
+                eccentricity: random.log_uniform(0.8, 1.25),
+                ..any_hair(ix)
+            };
+            let material = bundled.material(&hair, modes);
+            let tables = bundled.fill(&material, BOTH);
+            assert_eq!(tables.terms(), BOTH);
+            let squares = bundled.squares(&material, &tables, ix * n_draws, n_draws);
+            for term in 0..3 {
+                worst[term] = worst[term].max(percent(squares)[term]);
+                for k in 0..2 {
+                    sum[term][k] += squares[term][k];
+                }
+            }
+        }
+        let [global, ..] = percent(sum);
+        println!(
+            "{modes:?}: {global:.3} %, of the worst hair {:.3} %",
+            worst[0]
+        );
+        assert!(
+            global < limits[0] && worst[0] < limits[1],
+            "{global} {worst:?}"
+        );
+        // Local scattering is that of a round fibre.
+        assert!(worst[1] < 1.0 && worst[2] < 1.2, "{worst:?}");
+    }
 }
 
 #[test]
@@ -330,7 +360,14 @@ fn any_direction_and_width_has_a_value() {
         for theta_o in thetas {
             for cos_delta in [-1.0, -0.999, 0.0, 0.3, 1.0] {
                 for width in [0.001, 0.1, 1.0, 10.0, 1e3] {
-                    let (global, local) = tables.at(theta_j, theta_o, cos_delta, width);
+                    let sin_delta = (1.0f32 - cos_delta * cos_delta).sqrt();
+                    let azimuths = Azimuths {
+                        cos_delta,
+                        sin_delta,
+                        cos_view: 0.6,
+                        sin_view: 0.8,
+                    };
+                    let (global, local) = tables.at(theta_j, theta_o, &azimuths, width);
                     let cosine = theta_j.cos().max(0.0);
                     let direct = tables.direct_at(theta_j, cosine, theta_o, cos_delta, width);
                     for value in [global, local, direct].as_flattened() {

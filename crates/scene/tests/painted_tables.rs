@@ -13,7 +13,7 @@ use strandlight_scattering::closed_form::{
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::jobs::Job;
 use strandlight_scattering::multiple_tables::{
-    N_PACKS, PaintedPlaces, PaintedTables, painted_forward_table,
+    AzimuthsOfLights, N_PACKS, PaintedPlaces, PaintedTables, painted_forward_table,
 };
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scattering::wide::{LANES, Level, dispatch, f32x8, prelude::*, sample_forward};
@@ -94,9 +94,12 @@ fn squares(bundled: &Bundled, paints: &[PointPaint], seed: u64) -> [[f64; 2]; 3]
         let theta_o = eight(-1.0, 1.0)[0].asin();
         let found: [[[f32; LANES]; 3]; 3] = dispatch!(Level::new(), simd => {
             let theta = f32x8::simd_from(simd, thetas);
+            let zero = f32x8::splat(simd, 0.0);
+            let view = DirectionInFrame::from_angles(theta_o, 0.0);
             let cosines = f32x8::simd_from(simd, deltas.map(f32::cos));
+            let azimuths = AzimuthsOfLights::between([cosines, zero], &view);
             let sigma = f32x8::simd_from(simd, sigmas);
-            let (global, local) = tables.at_lights(&places, theta, theta_o, cosines, sigma);
+            let (global, local) = tables.at_lights(&places, theta, theta_o, &azimuths, sigma);
             let inclined = (theta, f32x8::simd_from(simd, thetas.map(f32::cos)));
             let lambda = f32x8::simd_from(simd, lambdas);
             let direct = tables.direct_at_lights(&places, inclined, theta_o, cosines, lambda);
@@ -208,8 +211,10 @@ fn tables_of_other_absorption_are_told_apart() {
     let at = |places: &PaintedPlaces| -> [[f32; LANES]; 3] {
         dispatch!(Level::new(), simd => {
             let number = |x: f32| f32x8::splat(simd, x);
+            let view = DirectionInFrame::from_angles(-0.3, 0.0);
+            let azimuths = AzimuthsOfLights::between([number(0.1), number(0.0)], &view);
             let (global, _) =
-                tables.at_lights(places, number(0.2), -0.3, number(0.1), number(0.4));
+                tables.at_lights(places, number(0.2), view.theta, &azimuths, number(0.4));
             global.map(Into::into)
         })
     };

@@ -1,6 +1,7 @@
 //! Multiple scattering from tables on the GPU: look-ups against those of the CPU, pictures against the
 //! closed form, and what an edit fills again.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use strandlight_cpu::CpuRenderer;
@@ -8,10 +9,11 @@ use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::{BakedFile, Scattering, TableFile};
 use strandlight_render::probe::{MultipleQuestion, gpu_multiple_answers};
 use strandlight_render::{Backend, ProgressiveRenderer};
+use strandlight_scattering::closed_form::DirectionInFrame;
 use strandlight_scattering::closed_form::{TERM_GLOBAL, TERM_LOCAL};
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::jobs::Job;
-use strandlight_scattering::multiple_tables::MultipleTables;
+use strandlight_scattering::multiple_tables::{Azimuths, MultipleTables};
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scattering::{HairParams, Lobe, PerLobe};
 use strandlight_scene::material::{HairMaterial, LobeTables, Part};
@@ -24,11 +26,18 @@ const BLOND: [f64; 3] = [0.03, 0.07, 0.15];
 
 /// A wig of this absorption, all terms drawn.
 fn scene_of(n_strands: usize, sigma_a: [f64; 3]) -> PreparedScene {
+    scene_with(
+        n_strands,
+        HairParams {
+            sigma_a,
+            ..HairParams::default()
+        },
+    )
+}
+
+/// A wig of this hair, all terms drawn.
+fn scene_with(n_strands: usize, hair: HairParams) -> PreparedScene {
     let mut scene = wig_scene(n_strands);
-    let hair = HairParams {
-        sigma_a,
-        ..HairParams::default()
-    };
     scene.hair = textures(&hair, &Lobe::ALL);
     scene.set_scattering(Scattering::Total);
     scene
@@ -47,11 +56,12 @@ fn question(ix: u64) -> MultipleQuestion {
     MultipleQuestion {
         theta_j,
         theta_o,
-        cos_delta: (random.uniform(0.0, std::f64::consts::PI) as f32).cos(),
+        phi_j: random.uniform(-PI, PI) as f32,
+        phi_o: random.uniform(-PI, PI) as f32,
         sigma_f: random.log_uniform(0.05, 3.0) as f32,
         lambda: random.log_uniform(0.005, 1.5) as f32,
         cos_theta_j: theta_j.cos(),
-        padding: [0; 2],
+        padding: 0,
     }
 }
 
@@ -100,7 +110,6 @@ fn look_ups_are_those_of_the_cpu() {
             },
             &Lobe::ALL,
         ),
-        // Of elliptic fibres local scattering alone comes from tables.
         (
             "elliptic",
             HairParams {
@@ -130,8 +139,12 @@ fn look_ups_are_those_of_the_cpu() {
         assert_eq!(source.terms(), twin.terms());
         let mut values: [[Vec<f32>; 2]; 3] = Default::default();
         for (q, found) in questions.iter().zip(&found) {
-            let (global, local) = twin.at(q.theta_j, q.theta_o, q.cos_delta, q.sigma_f);
-            let direct = twin.direct_at(q.theta_j, q.cos_theta_j, q.theta_o, q.cos_delta, q.lambda);
+            let light = DirectionInFrame::from_angles(q.theta_j, q.phi_j);
+            let view = DirectionInFrame::from_angles(q.theta_o, q.phi_o);
+            let azimuths = Azimuths::between(&light, &view);
+            let Azimuths { cos_delta, .. } = azimuths;
+            let (global, local) = twin.at(q.theta_j, q.theta_o, &azimuths, q.sigma_f);
+            let direct = twin.direct_at(q.theta_j, q.cos_theta_j, q.theta_o, cos_delta, q.lambda);
             for ((values, expected), found) in values
                 .iter_mut()
                 .zip([global, local, direct])
@@ -144,10 +157,6 @@ fn look_ups_are_those_of_the_cpu() {
         for (term, [found, expected]) in ["global", "local", "direct local"].iter().zip(&values) {
             assert!(found.iter().all(|x| x.is_finite() && *x >= 0.0));
             let largest = expected.iter().fold(0.0, |a, &b| f32::max(a, b));
-            if name == "elliptic" && *term == "global" {
-                assert!(largest == 0.0 && found.iter().all(|x| *x == 0.0));
-                continue;
-            }
             let rmse = relative_rmse(found, expected);
             let pairs = found.iter().zip(expected);
             let worst = pairs.fold(0.0, |a, (x, y)| f32::max(a, (x - y).abs())) / largest;
@@ -168,9 +177,18 @@ fn look_ups_are_those_of_the_cpu() {
 #[test]
 fn pictures_are_those_of_the_closed_form_and_of_the_cpu() {
     let context = context();
-    for (name, sigma_a) in [("blond", BLOND), ("brown", [0.26, 0.42, 0.83])] {
+    let of = |sigma_a, eccentricity| HairParams {
+        sigma_a,
+        eccentricity,
+        ..HairParams::default()
+    };
+    for (name, hair) in [
+        ("blond", of(BLOND, 1.0)),
+        ("brown", of([0.26, 0.42, 0.83], 1.0)),
+        ("elliptic", of(BLOND, 0.8)),
+    ] {
         for scattering in [Scattering::Total, Scattering::Global, Scattering::Local] {
-            let mut scene = scene_of(60, sigma_a);
+            let mut scene = scene_with(60, hair);
             scene.set_scattering(scattering);
             let at = |scene: PreparedScene| {
                 let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
@@ -187,7 +205,9 @@ fn pictures_are_those_of_the_closed_form_and_of_the_cpu() {
                 scattering.name()
             );
             assert!(of_points > 0.0 && of_points < 6e-3, "{of_points}");
-            assert!(of_picture < 4e-3, "{of_picture}");
+            // The closed form of elliptic TRT errs by 2.6 % of that itself.
+            let limit = if hair.eccentricity == 1.0 { 4e-3 } else { 6e-3 };
+            assert!(of_picture < limit, "{of_picture}");
             // The CPU's list covers pixels otherwise, so what tables change is compared.
             let listed = |scene: PreparedScene| {
                 let mut renderer = CpuRenderer::new(scene);
@@ -238,17 +258,20 @@ fn tables_are_filled_when_they_are_needed() {
     fresh.hair.edit(&hair, scene.hair.modes()).unwrap();
     let mut fresh = ProgressiveRenderer::new(&context, fresh).unwrap();
     assert!(at(&mut fresh).0 == wider);
-    // No tables without multiple scattering, nor with an elliptic fibre: and then the closed form.
+    // No tables without multiple scattering.
     renderer.set_scattering(Scattering::Single);
     assert_eq!(at(&mut renderer).1, 0);
     renderer.set_scattering(Scattering::Total);
     assert!(at(&mut renderer) == (wider, 1));
-    hair.eccentricity = 0.9;
-    renderer.set_hair(&hair, scene.hair.modes()).unwrap();
-    let (elliptic, runs) = at(&mut renderer);
-    assert_eq!(runs, 0);
-    let mut exact = scene.clone();
-    exact.hair.edit(&hair, scene.hair.modes()).unwrap();
-    let mut exact = ProgressiveRenderer::new(&context, by_closed_form(exact)).unwrap();
-    assert!(at(&mut exact) == (elliptic, 0));
+    // Those of an elliptic fibre are larger, and other pipelines read them; and back again.
+    for eccentricity in [0.9, 0.8, 1.0] {
+        hair.eccentricity = eccentricity;
+        renderer.set_hair(&hair, scene.hair.modes()).unwrap();
+        let (edited, runs) = at(&mut renderer);
+        assert_eq!(runs, 1);
+        let mut fresh = scene.clone();
+        fresh.hair.edit(&hair, scene.hair.modes()).unwrap();
+        let mut fresh = ProgressiveRenderer::new(&context, fresh).unwrap();
+        assert!(at(&mut fresh).0 == edited, "{eccentricity}");
+    }
 }

@@ -12,12 +12,16 @@ use strandlight_tests::project_root;
 
 /// The Rust file with the twins of a shader module's constants, where it is not the file of the
 /// same stem in [`CLOSED_FORM`].
-const TWIN_FILES: [(&str, &str); 24] = [
+const TWIN_FILES: [(&str, &str); 25] = [
     ("lib/bounce", "crates/scene/src/bounce.rs"),
     ("lib/coverage", "crates/cpu/src/list/places.rs"),
     ("lib/grid", "crates/scene/src/volume.rs"),
     ("lib/light", "crates/scene/src/shadow_maps.rs"),
     ("lib/lut", "crates/scene/src/lut.rs"),
+    (
+        "lib/multiple_tables",
+        "crates/scattering/src/multiple_tables/elliptic.rs",
+    ),
     ("lib/proxy", "crates/scene/src/proxy.rs"),
     ("lib/tone", "crates/scene/src/tone.rs"),
     ("lib/wind", "crates/scene/src/motion/wind.rs"),
@@ -283,6 +287,7 @@ fn shader_constants(module: &str) -> BTreeMap<String, Vec<f64>> {
     for features in [
         &[][..],
         &["PAINTED", "PAINTED_WIDTHS", "PAINTED_SHIFTS", "PROXIES"],
+        &["ELLIPTIC_TABLES"],
     ] {
         if ["pass/probe", "pass/bench"].contains(&module) && !features.is_empty() {
             continue;

@@ -102,8 +102,9 @@ fn tables_of_multiple_scattering_have_twins_of_the_same_name() {
     let root = project_root();
     let rust = methods(&root.join("crates/scattering/src/multiple_tables"));
     let elsewhere = [
-        // `at` of `LagFunctions`.
+        // `at` of `LagFunctions` and of `EllipticFunctions`.
         "multiple_lag_functions",
+        "multiple_elliptic_functions",
         // Parts of `balance`, which walks along the rows, and of the texture.
         "balance_weights",
         "stored",

@@ -115,6 +115,8 @@ fn shading_by_tables_binds_what_it_reads() {
     let of_tables: BTreeSet<String> = names(&["tables", "rows", "direct", "linear"]);
     assert_eq!(&tabled - &plain, of_tables);
     assert_eq!(&plain - &tabled, names(&["averages"]));
+    let elliptic = used(&["TABLES", "ELLIPTIC_TABLES"]);
+    assert_eq!(&elliptic - &tabled, names(&["elliptic"]));
 }
 
 #[test]

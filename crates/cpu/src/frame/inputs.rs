@@ -167,8 +167,7 @@ pub(super) fn maps_of<'a>(
     })
 }
 
-/// The tables, where there are points that they serve and they have all terms of multiple scattering that are drawn. Of an
-/// elliptic fibre they have no global scattering, which shading by tables finds itself.
+/// The tables, where there are points that they serve and they have all terms of multiple scattering that are drawn.
 pub(super) fn tables_for<'a>(
     scene: &PreparedScene,
     tables: Option<&'a SceneTables>,
@@ -177,10 +176,7 @@ pub(super) fn tables_for<'a>(
     let drawn = scene.terms() & (TERM_GLOBAL | TERM_LOCAL);
     let needed = needed.filter(|needed| needed.is_any())?;
     tables.filter(|tables| {
-        let mut of_plain = tables.plain.as_ref().map_or(drawn, MultipleTables::terms);
-        if scene.hair.optics().fibre.is_elliptic() {
-            of_plain |= TERM_GLOBAL;
-        }
+        let of_plain = tables.plain.as_ref().map_or(drawn, MultipleTables::terms);
         needed.are_in(tables) && drawn & !(of_plain & tables.painted.terms()) == 0
     })
 }

@@ -1,9 +1,8 @@
 //! Multiple scattering of eight lights at a point.
 
 use glam::Vec3;
-use strandlight_scattering::closed_form::{
-    DirectionInFrame, Shading, TERM_GLOBAL, TERM_LOCAL, global_scattering,
-};
+use strandlight_scattering::closed_form::{TERM_GLOBAL, TERM_LOCAL};
+use strandlight_scattering::multiple_tables::AzimuthsOfLights;
 use strandlight_scattering::wide::{
     Directions, LANES, Place, ShadowRecords, Simd, f32x8, forward_light, local_density, prelude::*,
     sample_forward,
@@ -20,34 +19,6 @@ impl WideShader<'_> {
         let position = Vec3::from_slice(&self.scene.strands.points[point]);
         self.axis_shares
             .map_or([0.0; 6], |shares| shares.at(position))
-    }
-
-    /// Global scattering of lights by an elliptic fibre, which has no tables: by the closed form, one light at a time,
-    /// where what is `gained` on the way counts.
-    #[inline(never)]
-    fn global_of_elliptic(
-        &self,
-        lights: &EightLights,
-        ([theta, cos_theta, cos_phi, sin_phi], view): (&[[f32; LANES]; 4], &DirectionInFrame),
-        [gained, sigma_f]: [[f32; LANES]; 2],
-        shading: &Shading<'_>,
-    ) -> [[f32; LANES]; 3] {
-        let mut found = [[0.0; LANES]; 3];
-        for lane in 0..lights.n {
-            if gained[lane] * lights.power[lane] >= self.terms.min_power {
-                let towards = DirectionInFrame {
-                    theta: theta[lane],
-                    cos_theta: cos_theta[lane],
-                    cos_phi: cos_phi[lane],
-                    sin_phi: sin_phi[lane],
-                };
-                let rgb = global_scattering(&towards, view, sigma_f[lane], shading);
-                for (found, value) in found.iter_mut().zip(rgb) {
-                    found[lane] = value;
-                }
-            }
-        }
-        found
     }
 
     /// Global, local and direct local scattering of up to eight lights, for an amplitude of 1 each, with the hair
@@ -86,8 +57,6 @@ impl WideShader<'_> {
         }
         let at = Directions::from_vectors(along);
         let view = &place.view;
-        let cos_delta = at.cos_phi * view.cos_phi + at.sin_phi * view.sin_phi;
-        let cos_delta = cos_delta.min(1.0).max(-1.0);
         let record = ShadowRecords {
             depths: [d_1, d_2, d_3],
             sin_theta: sine,
@@ -97,24 +66,10 @@ impl WideShader<'_> {
         let seen = Seen {
             theta: at.theta,
             cos_theta: at.cos_theta,
-            cos_delta,
+            azimuths: AzimuthsOfLights::between([at.cos_phi, at.sin_phi], view),
             theta_o: view.theta,
         };
-        let (mut global, local) = optics.at_lights(&seen, forward.sigma_f);
-        if bits & TERM_GLOBAL != 0 && optics.shading().fibre.is_elliptic() {
-            let mut gained = forward.gained[0].max(forward.gained[1]);
-            gained = gained.max(forward.gained[2]) * forward.density * density_forward;
-            let towards = [at.theta, at.cos_theta, at.cos_phi, at.sin_phi].map(Into::into);
-            let found = self.global_of_elliptic(
-                lights,
-                (&towards, view),
-                [gained.into(), forward.sigma_f.into()],
-                optics.shading(),
-            );
-            for (global, found) in global.iter_mut().zip(&found) {
-                *global = f32x8::load_array_ref(simd, found);
-            }
-        }
+        let (global, local) = optics.at_lights(&seen, forward.sigma_f);
         let has_local = bits & TERM_LOCAL != 0;
         let density_back = local_density(&around, &[x, y, z]) * density_back;
         let mut direct = [zero; 3];

@@ -5,7 +5,7 @@ use strandlight_scattering::closed_form::{
     TERM_LOCAL, TERM_SINGLE, painted_averages, painted_fibre, painted_shading, unpack_paint,
 };
 use strandlight_scattering::multiple_tables::{
-    MultipleTables, PaintedPlaces, PaintedTables, painted_forward_table,
+    AzimuthsOfLights, MultipleTables, PaintedPlaces, PaintedTables, painted_forward_table,
 };
 use strandlight_scattering::wide::{Simd, f32x8};
 use strandlight_scene::PreparedScene;
@@ -19,7 +19,7 @@ type Rgb<S> = [f32x8<S>; 3];
 pub(super) struct Seen<S: Simd> {
     pub theta: f32x8<S>,
     pub cos_theta: f32x8<S>,
-    pub cos_delta: f32x8<S>,
+    pub azimuths: AzimuthsOfLights<S>,
     pub theta_o: f32,
 }
 
@@ -58,7 +58,7 @@ impl PointOptics for PlainOptics<'_> {
     #[inline(always)]
     fn at_lights<S: Simd>(&self, seen: &Seen<S>, sigma_f: f32x8<S>) -> (Rgb<S>, Rgb<S>) {
         self.tables
-            .at_lights(seen.theta, seen.theta_o, seen.cos_delta, sigma_f)
+            .at_lights(seen.theta, seen.theta_o, &seen.azimuths, sigma_f)
     }
 
     #[inline(always)]
@@ -66,11 +66,11 @@ impl PointOptics for PlainOptics<'_> {
         let Seen {
             theta,
             cos_theta,
-            cos_delta,
             theta_o,
+            azimuths,
         } = *seen;
         self.tables
-            .direct_at_lights(theta, cos_theta, theta_o, cos_delta, lambda)
+            .direct_at_lights(theta, cos_theta, theta_o, azimuths.cos_delta, lambda)
     }
 
     #[inline(always)]
@@ -199,15 +199,15 @@ impl PointOptics for PaintedOptics<'_> {
 
     #[inline(always)]
     fn at_lights<S: Simd>(&self, seen: &Seen<S>, sigma_f: f32x8<S>) -> (Rgb<S>, Rgb<S>) {
-        let (theta_o, cos_delta) = (seen.theta_o, seen.cos_delta);
+        let (theta_o, azimuths) = (seen.theta_o, &seen.azimuths);
         self.tables
-            .at_lights(&self.places, seen.theta, theta_o, cos_delta, sigma_f)
+            .at_lights(&self.places, seen.theta, theta_o, azimuths, sigma_f)
     }
 
     #[inline(always)]
     fn direct_at_lights<S: Simd>(&self, seen: &Seen<S>, lambda: f32x8<S>) -> Rgb<S> {
         let inclined = (seen.theta, seen.cos_theta);
-        let (theta_o, cos_delta) = (seen.theta_o, seen.cos_delta);
+        let (theta_o, cos_delta) = (seen.theta_o, seen.azimuths.cos_delta);
         self.tables
             .direct_at_lights(&self.places, inclined, theta_o, cos_delta, lambda)
     }

@@ -8,6 +8,7 @@ mod edits;
 mod steps;
 
 use super::bounce::{self, BouncePass};
+use super::multiple;
 use super::narrow::{NarrowLights, NarrowPass};
 use super::profile;
 use super::profile::Profile;
@@ -25,6 +26,7 @@ use std::sync::Arc;
 use strandlight_formats::SrbfLight;
 #[cfg(not(target_arch = "wasm32"))]
 use strandlight_scattering::closed_form::PackedRecord;
+use strandlight_scattering::multiple_tables::MultipleSource;
 use strandlight_scene::RenderError;
 use strandlight_scene::bounce::{PassedWeights, passed_weights};
 use strandlight_scene::camera::ViewUniform;
@@ -54,17 +56,21 @@ struct Kind {
     paint: Option<PaintKinds>,
     /// Multiple scattering is looked up.
     has_tables: bool,
+    /// In tables of an elliptic fibre.
+    are_elliptic: bool,
     /// Strands have a profile over their width.
     has_profile: bool,
 }
 
 impl Kind {
     fn of(scene: &PreparedScene, has_profile: bool) -> Kind {
+        let source = scene.multiple();
         Kind {
             terms: scene.terms(),
             modes: scene.hair.optics().fibre.modes,
             paint: scene.hair.paint(),
-            has_tables: scene.multiple().is_some(),
+            has_tables: source.is_some(),
+            are_elliptic: source.is_some_and(MultipleSource::is_elliptic),
             has_profile,
         }
     }
@@ -77,6 +83,7 @@ impl Kind {
     ) -> Result<(wgpu::ShaderModule, wgpu::ComputePipeline), RenderError> {
         let mut features = self.paint.map_or(Vec::new(), PaintKinds::features);
         features.extend(self.has_tables.then_some("TABLES"));
+        features.extend(self.are_elliptic.then_some(multiple::ELLIPTIC));
         // Light from proxies comes from all around.
         let is_wide = self.has_profile && !more.contains(&bounce::FEATURE);
         features.extend(is_wide.then_some(profile::FEATURE));

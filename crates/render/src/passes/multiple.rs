@@ -6,8 +6,8 @@ use super::resources::{
 };
 use super::stamp::Stamp;
 use crate::gpu::Context;
-use crate::gpu_optics::GpuOptics;
-use strandlight_scattering::multiple_tables::{MultipleSource, ROW_TEXELS};
+use crate::gpu_optics::{GpuOptics, upload, write_texels};
+use strandlight_scattering::multiple_tables::MultipleSource;
 use strandlight_scene::RenderError;
 
 /// Bytes of a texel.
@@ -24,11 +24,25 @@ fn scratch_bytes(source: &MultipleSource) -> u64 {
     16 * texels(source.rows_size()).max(texels(source.direct_size()))
 }
 
+/// The functions of an elliptic fibre, two texels each.
+fn upload_elliptic(context: &Context, source: &MultipleSource) -> Option<wgpu::TextureView> {
+    let functions = &source.elliptic;
+    let texels = bytemuck::cast_slice(functions);
+    let size = [2, functions.len() as u32];
+    let format = wgpu::TextureFormat::Rgba32Float;
+    source
+        .is_elliptic()
+        .then(|| upload(context, "functions of the lag", size, format, texels))
+}
+
 /// Bytes of both textures, and of the largest buffer that they are made with.
 pub(super) fn multiple_bytes(source: &MultipleSource) -> [u64; 2] {
     let textures = texels(source.rows_size()) + texels(source.direct_size());
     [TEXEL_BYTES * textures, scratch_bytes(source)]
 }
+
+/// Of pipelines that read tables of an elliptic fibre.
+pub(crate) const ELLIPTIC: &str = "ELLIPTIC_TABLES";
 
 /// What fills tables: rows, their balance, direct rows, their balance.
 pub(crate) struct Fill([wgpu::ComputePipeline; 4]);
@@ -53,6 +67,8 @@ pub(crate) struct Multiple {
     rows: wgpu::TextureView,
     direct: wgpu::TextureView,
     sampler: wgpu::Sampler,
+    /// Functions of an elliptic fibre.
+    elliptic: Option<wgpu::TextureView>,
     /// Of [`Fill`], once they were needed.
     groups: Option<[wgpu::BindGroup; 4]>,
     /// The textures are those of another fibre.
@@ -82,6 +98,7 @@ impl Multiple {
                 FORMAT,
             ),
             sampler,
+            elliptic: upload_elliptic(context, source),
             groups: None,
             is_stale: true,
         }
@@ -111,6 +128,19 @@ impl Multiple {
         if has_grown || is_other {
             self.forget_groups();
         }
+        match &self.elliptic {
+            Some(view) if source.is_elliptic() => {
+                write_texels(
+                    context,
+                    view.texture(),
+                    bytemuck::cast_slice(&source.elliptic),
+                );
+            }
+            _ => {
+                is_other |= self.elliptic.is_some() || source.is_elliptic();
+                self.elliptic = upload_elliptic(context, source);
+            }
+        }
         is_other
     }
 
@@ -135,7 +165,8 @@ impl Multiple {
             let [x, y, z] = size_of(to);
             x * y * z
         });
-        let n_threads = [rows / ROW_TEXELS as u32, rows, direct, direct];
+        // Rows have four texels a half.
+        let n_threads = [rows / 4, rows, direct, direct];
         submit(context, |encoder| {
             let mut pass = compute_pass(context, encoder, stamp);
             for ((pipeline, group), n) in fill.0.iter().zip(&groups).zip(n_threads) {
@@ -175,21 +206,27 @@ impl Multiple {
     }
 
     /// Bindings of the shading pass.
-    pub fn bindings(&self) -> [(u32, wgpu::BindingResource<'_>); 4] {
+    pub fn bindings(&self) -> Vec<(u32, wgpu::BindingResource<'_>)> {
         let view = wgpu::BindingResource::TextureView;
-        [
+        let mut bindings = vec![
             (18, self.layout.as_entire_binding()),
             (19, view(&self.rows)),
             (21, view(&self.direct)),
             (22, wgpu::BindingResource::Sampler(&self.sampler)),
-        ]
+        ];
+        bindings.extend(self.elliptic.as_ref().map(|elliptic| (28, view(elliptic))));
+        bindings
     }
 
     /// Bytes of all of it.
     pub fn bytes(&self) -> u64 {
         let buffers = [&self.layout, &self.profiles, &self.scratch].map(wgpu::Buffer::size);
         let textures = [&self.rows, &self.direct].map(|view| TEXEL_BYTES * texels(size_of(view)));
-        buffers.iter().chain(&textures).sum()
+        let elliptic = self
+            .elliptic
+            .as_ref()
+            .map(|view| 16 * texels(size_of(view)));
+        buffers.iter().chain(&textures).chain(&elliptic).sum()
     }
 }
 

@@ -2,9 +2,9 @@
 
 use crate::gpu::Context;
 use crate::gpu_optics::GpuOptics;
-use crate::passes::multiple::{Fill, Multiple};
+use crate::passes::multiple::{ELLIPTIC, Fill, Multiple};
 use crate::passes::resources::{
-    bind, buffer_of, compute, dispatch, failed, guarded, read_back, shader, storage, submit,
+    bind, buffer_of, compute, dispatch, failed, guarded, module_with, read_back, storage, submit,
 };
 use crate::passes::stamp::Stamp;
 use strandlight_scene::RenderError;
@@ -19,8 +19,10 @@ pub struct MultipleQuestion {
     pub theta_j: f32,
     /// Inclination of the view, radians.
     pub theta_o: f32,
-    /// Cosine of the azimuth between them.
-    pub cos_delta: f32,
+    /// Azimuth of the light, radians.
+    pub phi_j: f32,
+    /// Azimuth of the view, radians.
+    pub phi_o: f32,
     /// Width of light that was scattered forward.
     pub sigma_f: f32,
     /// Width of light that comes straight.
@@ -28,12 +30,12 @@ pub struct MultipleQuestion {
     /// Cosine of `theta_j`.
     pub cos_theta_j: f32,
     /// Not used.
-    pub padding: [u32; 2],
+    pub padding: u32,
 }
 
 strandlight_scattering::mirrors! {
     MultipleQuestion as "MultipleQuestion" in "pass/probe_multiple" {
-        theta_j, theta_o, cos_delta, sigma_f, lambda, cos_theta_j, padding,
+        theta_j, theta_o, phi_j, phi_o, sigma_f, lambda, cos_theta_j, padding,
     }
 }
 
@@ -55,7 +57,12 @@ pub fn gpu_multiple_answers(
         let mut tables = Multiple::new(context, source);
         let fill = Fill::new(context)?;
         tables.fill(context, &fill, &optics, Stamp::default());
-        let module = shader(context, "pass/probe_multiple")?;
+        let features: Vec<&str> = source
+            .is_elliptic()
+            .then_some(ELLIPTIC)
+            .into_iter()
+            .collect();
+        let module = module_with(context, "pass/probe_multiple", &features)?;
         let pipeline = compute(context, &module, "probe_multiple");
         let usage = wgpu::BufferUsages::STORAGE;
         let input = buffer_of(context, "questions", questions, usage);

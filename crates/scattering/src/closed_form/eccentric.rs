@@ -105,7 +105,7 @@ pub fn elliptic_lag(view: &DirectionInFrame, light: &DirectionInFrame, lag: &Lag
 }
 
 /// The index of an elliptic fibre where cos(phi_o + phi_i) is this `cosine`.
-pub(super) fn eta_at(cosine: f32, fibre: &Fibre) -> f32 {
+pub(crate) fn eta_at(cosine: f32, fibre: &Fibre) -> f32 {
     (fibre.eta_mean + fibre.eta_swing * cosine).clamp(fibre.eta.min(ETA_STAR_MIN), ETA_STAR_MAX)
 }
 
@@ -164,7 +164,7 @@ pub(super) fn eta_at_azimuth(
 
 /// Sum over the lobes of amplitude times height, per channel, as a node sees them that is a `step` from the
 /// next one; `sin_half` and `cos_half` of half the azimuth from their common centre.
-pub(super) fn lobes_at_azimuth(lobes: &Lobes, sin_half: f32, cos_half: f32, step: f32) -> [f32; 3] {
+pub(crate) fn lobes_at_azimuth(lobes: &Lobes, sin_half: f32, cos_half: f32, step: f32) -> [f32; 3] {
     let LobeAngles {
         near: [near_1, near_2],
         far: [far_1, far_2],

@@ -113,9 +113,11 @@ pub use width_profile::WidthProfile;
 
 pub(crate) use averages::LAST_INCLINATION;
 pub(crate) use constants::SQRT_PI;
+#[cfg(test)]
+pub(crate) use eccentric::lobes_at_azimuth;
 pub(crate) use eccentric::{
     AZIMUTH_BLUR, AZIMUTH_BUMP, AZIMUTH_REACH, AZIMUTH_SHEAR, AZIMUTH_SHEAR_MAX, AZIMUTH_SIDE,
-    AZIMUTH_STRETCH, AZIMUTH_STRETCHED, AZIMUTH_TILT, AZIMUTHS,
+    AZIMUTH_STRETCH, AZIMUTH_STRETCHED, AZIMUTH_TILT, AZIMUTHS, eta_at,
 };
 pub(crate) use fisher::{FISHER_CLAMP, FISHER_SPREAD, INVERSE_FISHER_CLAMP};
 pub(crate) use frame::COS_THETA_D_MIN;

@@ -51,11 +51,12 @@ fn direction(theta: f32, [cos_phi, sin_phi]: [f32; 2]) -> DirectionInFrame {
 }
 
 impl Source<'_> {
-    /// Fills the layer of this width of the table of global and local scattering.
-    pub fn fill_layer(&self, axes: &Axes, width: f32, rows: &mut [Row]) {
+    /// Fills the layer of this width of the table of global and local scattering; second halves of rows are
+    /// those of an elliptic fibre, else none.
+    pub fn fill_layer(&self, axes: &Axes, width: f32, [rows, further]: [&mut [Row]; 2]) {
         match self.fibre.is_energy() {
-            true => each_row(axes, width, rows, |j, o| self.row(width, j, o)),
-            false => self.rows_of_layer(Level::new(), axes, width, rows),
+            true => each_row(axes, width, rows, |j, o| self.row(width, j, o)[0]),
+            false => self.rows_of_layer(Level::new(), axes, width, [rows, further]),
         }
     }
 
@@ -69,12 +70,15 @@ impl Source<'_> {
 
     /// Global scattering in the first three of each four, local scattering over the overlap of the half
     /// circles, pi - Delta, in the last of the first three.
-    pub fn row(&self, sigma_f: f32, theta_j: f32, theta_o: f32) -> Row {
-        let mut row = [0.0; 16];
+    /// Then the second half, of zeros but for an elliptic fibre.
+    pub fn row(&self, sigma_f: f32, theta_j: f32, theta_o: f32) -> [Row; 2] {
+        let mut halves = [Row::default(); 2];
         let light = direction(theta_j, [1.0, 0.0]);
         if let Some(profiles) = self.profiles {
-            self.add_global(profiles, &light, theta_o, sigma_f, &mut row);
+            let halves = &mut halves[..profiles.n_halves()];
+            self.add_global(profiles, &light, theta_o, sigma_f, halves);
         }
+        let [row, _] = &mut halves;
         if let Some(averages) = self.averages {
             let view = direction(theta_o, [1.0, 0.0]);
             let value = local_scattering(&light, &view, sigma_f, averages);
@@ -82,7 +86,7 @@ impl Source<'_> {
                 row[4 * channel + 3] = FRAC_1_PI * value;
             }
         }
-        row
+        halves
     }
 
     /// [`crate::closed_form::global_scattering()`] of an N_t^G by its factors.
@@ -92,7 +96,7 @@ impl Source<'_> {
         light: &DirectionInFrame,
         theta_o: f32,
         sigma_f: f32,
-        row: &mut Row,
+        rows: &mut [Row],
     ) {
         let fibre = self.fibre;
         // The pi of both Gaussians.
@@ -105,7 +109,7 @@ impl Source<'_> {
                 let share = forward_share(mode, light.theta, theta_o, sigma_f, fibre);
                 let cos_o = inclination(theta_o).cos_theta_d;
                 // Of both Gaussians there is but the light's.
-                profiles.add(mode as usize, cos_o, scale * SQRT_PI * share, row);
+                profiles.add(mode as usize, cos_o, scale * SQRT_PI * share, rows);
                 continue;
             }
             let (alpha, beta) = (fibre.alpha[mode as usize], fibre.beta[mode as usize]);
@@ -124,7 +128,7 @@ impl Source<'_> {
                 let cos_i = place.theta_i.cos().max(0.0);
                 let cos_d = inclination(0.5 * (theta_o - place.theta_i)).cos_theta_d;
                 let ratio = (cos_i / cos_d).min(2.0);
-                profiles.add(mode as usize, cos_d, scale * weight * (ratio * ratio), row);
+                profiles.add(mode as usize, cos_d, scale * weight * (ratio * ratio), rows);
             }
         }
     }

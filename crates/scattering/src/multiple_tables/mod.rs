@@ -5,22 +5,22 @@
 //! the light and both inclinations, and a look-up costs a twentieth of the closed form or less.
 //! They depend on the fibre alone, not on lights or view.
 //!
-//! - Global scattering is a constant and three functions of the lag Delta = phi_o - phi_j, found for each
-//!   fibre.
+//! - Global scattering is a constant and three functions of the lag Delta = phi_j - phi_o, found for each
+//!   fibre; of an elliptic one a constant and seven functions of the lag and phi_o.
 //! - Local scattering is proportional to the overlap pi - Delta of two half circles, exactly.
 //! - Direct local scattering is the share of a circular Gaussian within a half circle, at one sharpness
 //!   where the closed form has one at each of its nodes.
 //!
 //! Relative RMSE against the closed form over lights and views even over the sphere, every width, 50 fibres
-//! of Marschner's ranges and any absorption: global 0.31 %, local 0.36 %, direct local 0.47 %; of the worst
-//! of these fibres 0.7, 0.8 and 1.2 %. TRT alone 1.0 %. `crates/scene/tests/multiple_tables.rs` has them, and
+//! of Marschner's ranges and any absorption: global 0.21 %, local 0.19 %, direct local 0.32 %; of the worst
+//! of these fibres 0.4, 0.4 and 1.0 %. TRT alone 1.0 %. Global scattering of 30 elliptic fibres, a in 0.8..1.25, 0.25 %, of
+//! the worst 0.4 %. `crates/scene/tests/multiple_tables.rs` has them, and
 //! `crates/scene/examples/multiple_tables.rs` what filling and look-ups cost.
 //!
 //! A GPU fills and reads the same tables: [`MultipleSource`] is what it takes.
 //!
-//! [`PaintedTables`] serve painted points that differ from the scene's fibre in absorption alone. Other painted points,
-//! and global scattering of an elliptic fibre, which depends on more than the lag, keep the closed form:
-//! [`MultipleTables::terms`] says what the tables serve.
+//! [`PaintedTables`] serve painted points that differ from the scene's fibre in absorption alone. Other painted points
+//! keep the closed form: [`MultipleTables::terms`] says what the tables serve.
 //!
 //! [`global_scattering`]: crate::closed_form::global_scattering()
 //! [`local_scattering`]: crate::closed_form::local_scattering()
@@ -28,8 +28,11 @@
 
 mod axes;
 mod azimuth;
+mod elliptic;
 mod fill;
 mod fill_wide;
+mod lag;
+mod leading;
 mod painted;
 mod painted_wide;
 mod source;
@@ -38,20 +41,23 @@ mod wide;
 use core::f32::consts::PI;
 
 use crate::closed_form::{
-    ALL_MODES, AverageTexel, Fibre, MODE_TRT, SampleLobes, Shading, TERM_GLOBAL, TERM_LOCAL,
-    half_circle, sample_averages,
+    ALL_MODES, AverageTexel, DirectionInFrame, Fibre, SampleLobes, Shading, TERM_GLOBAL,
+    TERM_LOCAL, half_circle, sample_averages,
 };
 use crate::dual_scattering::N_INCLINATIONS;
 use crate::jobs::Job;
 
 use axes::Axes;
-use azimuth::{LagFunctions, Profiles, Row};
+use azimuth::{Profiles, Row};
+use elliptic::EllipticFunctions;
 use fill::{DirectRow, Source};
+use lag::LagFunctions;
 pub use painted::{
     LayerPlace, N_PACKS, Packs, PaintedPlaces, PaintedTables, painted_forward_table,
 };
 pub(crate) use source::LAYOUTS;
-pub use source::{MultipleAxes, MultipleLayout, MultipleSource, ROW_TEXELS};
+pub use source::{MultipleAxes, MultipleLayout, MultipleSource};
+pub use wide::AzimuthsOfLights;
 
 /// Nodes over the width of forward-scattered light.
 const N_WIDTHS: usize = 14;
@@ -77,9 +83,39 @@ pub struct MultipleTables {
     terms: u32,
     axes: Axes,
     functions: LagFunctions,
-    rows: Vec<Row>,
+    /// Of an elliptic fibre, in place of those of the lag.
+    elliptic: Option<Box<EllipticFunctions>>,
+    /// Second halves are of elliptic fibres alone.
+    rows: [Vec<Row>; 2],
     direct_axes: Axes,
     direct: Vec<DirectRow>,
+}
+
+/// Azimuths of a light and the view. A round fibre looks at `cos_delta` alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Azimuths {
+    /// Cosine of Delta = phi_j - phi_o, from the view to the light.
+    pub cos_delta: f32,
+    /// Its sine.
+    pub sin_delta: f32,
+    /// cos(2 phi_o).
+    pub cos_view: f32,
+    /// sin(2 phi_o).
+    pub sin_view: f32,
+}
+
+impl Azimuths {
+    /// Those of a light from this direction.
+    pub fn between(light: &DirectionInFrame, view: &DirectionInFrame) -> Azimuths {
+        let cos_delta = view.cos_phi * light.cos_phi + view.sin_phi * light.sin_phi;
+        let sin_delta = view.cos_phi * light.sin_phi - view.sin_phi * light.cos_phi;
+        Azimuths {
+            cos_delta: cos_delta.clamp(-1.0, 1.0),
+            sin_delta,
+            cos_view: 1.0 - 2.0 * view.sin_phi * view.sin_phi,
+            sin_view: 2.0 * view.sin_phi * view.cos_phi,
+        }
+    }
 }
 
 impl MultipleTables {
@@ -104,11 +140,12 @@ impl MultipleTables {
 
     /// Bytes in memory.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.rows[..]) + size_of_val(&self.direct[..])
+        let of_rows = self.rows.iter().map(|rows| size_of_val(&rows[..]));
+        of_rows.sum::<usize>() + size_of_val(&self.direct[..])
     }
 
     /// M^G and M^L, linear RGB, >= 0, of light of width `sigma_f` at inclination `theta_j` seen from
-    /// `theta_o`; `cos_delta` is the cosine of the azimuth between them. A term that is not among
+    /// `theta_o`. A term that is not among
     /// [`MultipleTables::terms`] is 0. Widths below the least that one forward scattering makes of a light
     /// count as that, widths above 10 as 10.
     #[inline]
@@ -116,19 +153,35 @@ impl MultipleTables {
         &self,
         theta_j: f32,
         theta_o: f32,
-        cos_delta: f32,
+        azimuths: &Azimuths,
         sigma_f: f32,
     ) -> ([f32; 3], [f32; 3]) {
-        if self.rows.is_empty() {
+        let [rows, further] = &self.rows;
+        if rows.is_empty() {
             return ([0.0; 3], [0.0; 3]);
         }
+        let Azimuths {
+            cos_delta,
+            sin_delta,
+            cos_view,
+            sin_view,
+        } = *azimuths;
         let place = self.axes.place(sigma_f, theta_j, theta_o);
-        let row = mix(&self.rows, &self.axes, place);
-        let functions = self.functions.at(cos_delta);
+        let row = mix(rows, &self.axes, place);
         let mut sum = [row[0], row[1], row[2]];
-        for (k, factor) in functions.iter().enumerate().skip(1) {
-            for channel in 0..3 {
-                sum[channel] += factor * row[4 * k + channel];
+        let mut add = |row: &Row, first: usize, factors: &[f32]| {
+            for (k, factor) in factors.iter().enumerate().skip(first) {
+                for channel in 0..3 {
+                    sum[channel] += factor * row[4 * k + channel];
+                }
+            }
+        };
+        match &self.elliptic {
+            None => add(&row, 1, &self.functions.at(cos_delta)),
+            Some(functions) => {
+                let functions = functions.at([cos_delta, sin_delta], [cos_view, sin_view]);
+                add(&row, 1, &functions[..4]);
+                add(&mix(further, &self.axes, place), 0, &functions[4..]);
             }
         }
         let overlap = PI - arc_cosine(cos_delta);
@@ -137,7 +190,7 @@ impl MultipleTables {
     }
 
     /// M^{L,dir}, as [`MultipleTables::at`], of a light of width `lambda` whose inclination has this
-    /// cosine.
+    /// cosine; `cos_delta` is that of [`Azimuths`].
     #[inline]
     pub fn direct_at(
         &self,
@@ -161,7 +214,7 @@ impl MultipleTables {
 /// Tables that are being filled, some widths at a time.
 pub struct Filling {
     plan: Plan,
-    rows: Vec<Row>,
+    rows: [Vec<Row>; 2],
     direct: Vec<DirectRow>,
     /// Widths of both that are filled.
     n_done: usize,
@@ -178,8 +231,9 @@ impl Filling {
         let plan = Plan::new(shading, averages, terms, run);
         let n_rows = |axes: &Axes, is_needed: bool| if is_needed { axes.n_rows() } else { 0 };
         let has_local = plan.terms & TERM_LOCAL != 0;
+        let rows = |is_needed| vec![Row::default(); n_rows(&plan.axes, is_needed)];
         Filling {
-            rows: vec![Row::default(); n_rows(&plan.axes, plan.terms != 0)],
+            rows: [rows(plan.terms != 0), rows(plan.is_elliptic())],
             direct: vec![DirectRow::default(); n_rows(&plan.direct_axes, has_local)],
             n_done: 0,
             plan,
@@ -201,11 +255,14 @@ impl Filling {
             averages: (self.plan.terms & TERM_LOCAL != 0).then_some(averages),
         };
         let (axes, direct_axes) = (&self.plan.axes, &self.plan.direct_axes);
-        let mut jobs = jobs_of(axes, &mut self.rows, |width, rows| {
-            source.fill_layer(axes, width, rows);
+        let [rows, further] = &mut self.rows;
+        let mut further = further.chunks_exact_mut(axes.layer());
+        let mut jobs = jobs_of(axes, rows, move |_| {
+            let further = further.next().unwrap_or_default();
+            move |width, rows: &mut [Row]| source.fill_layer(axes, width, [rows, further])
         });
-        jobs.extend(jobs_of(direct_axes, &mut self.direct, |width, rows| {
-            source.fill_direct_layer(direct_axes, width, rows);
+        jobs.extend(jobs_of(direct_axes, &mut self.direct, |_| {
+            |width, rows: &mut [DirectRow]| source.fill_direct_layer(direct_axes, width, rows)
         }));
         let n = jobs.len();
         run(jobs.into_iter().skip(self.n_done).take(most).collect());
@@ -216,15 +273,19 @@ impl Filling {
     /// The tables.
     pub fn finish(mut self) -> MultipleTables {
         let plan = self.plan;
-        plan.axes.balance(&mut self.rows);
+        for rows in self.rows.iter_mut().filter(|rows| !rows.is_empty()) {
+            plan.axes.balance(rows);
+        }
         plan.direct_axes.balance(&mut self.direct);
+        let functions = plan
+            .profiles
+            .map(|profiles| (profiles.functions, profiles.elliptic));
+        let (functions, elliptic) = functions.unwrap_or_default();
         MultipleTables {
             terms: plan.terms,
             axes: plan.axes,
-            functions: plan
-                .profiles
-                .map(|profiles| profiles.functions)
-                .unwrap_or_default(),
+            functions,
+            elliptic,
             rows: self.rows,
             direct_axes: plan.direct_axes,
             direct: self.direct,
@@ -251,8 +312,7 @@ impl Plan {
     ) -> Plan {
         let fibre = shading.fibre;
         let has_averages = averages.len() >= N_INCLINATIONS;
-        let is_round = fibre.eta_swing == 0.0 || fibre.modes & MODE_TRT == 0;
-        let has_global = terms & TERM_GLOBAL != 0 && is_round && fibre.modes & ALL_MODES != 0;
+        let has_global = terms & TERM_GLOBAL != 0 && fibre.modes & ALL_MODES != 0;
         let has_local = terms & TERM_LOCAL != 0 && has_averages;
         let least = Least::of(if has_averages { averages } else { &[] });
         let widths = (0..3).filter(|mode| fibre.modes & (1 << mode) != 0);
@@ -275,6 +335,13 @@ impl Plan {
             profiles: has_global.then(|| Profiles::new(shading, run)),
         }
     }
+
+    /// Have rows a second half?
+    fn is_elliptic(&self) -> bool {
+        self.profiles
+            .as_ref()
+            .is_some_and(|profiles| profiles.elliptic.is_some())
+    }
 }
 
 /// Nodes along either inclined axis for a ridge of this width.
@@ -285,15 +352,15 @@ fn inclined_nodes(ridge: f32) -> usize {
     2 * (0.5 * nodes) as usize + 1
 }
 
-/// The rows of a table, a job each width: `fill` fills its layer.
-fn jobs_of<'a, T: Send>(
+/// The rows of a table, a job each width: `fill` of a layer fills it.
+fn jobs_of<'a, T: Send, F: FnOnce(f32, &mut [T]) + Send + 'a>(
     axes: &Axes,
     rows: &'a mut [T],
-    fill: impl Fn(f32, &mut [T]) + Copy + Send + 'a,
+    mut fill: impl FnMut(usize) -> F,
 ) -> Vec<Job<'a>> {
     let layers = rows.chunks_exact_mut(axes.layer()).enumerate();
     let job = |(layer, rows): (usize, &'a mut [T])| {
-        let width = axes.width_of(layer);
+        let (width, fill) = (axes.width_of(layer), fill(layer));
         Job::new(move || fill(width, rows))
     };
     layers.map(job).collect()

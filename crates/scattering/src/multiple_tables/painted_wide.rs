@@ -4,6 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
 use super::painted::{LayerPlace, PaintedPlaces, PaintedTables};
+use super::wide::AzimuthsOfLights;
 use crate::wide::math::mul_add;
 
 /// Of the layers of a pack, what a channel that stands there has.
@@ -27,7 +28,7 @@ impl PaintedTables {
         at: &PaintedPlaces,
         theta_j: f32x8<S>,
         theta_o: f32,
-        cos_delta: f32x8<S>,
+        azimuths: &AzimuthsOfLights<S>,
         sigma_f: f32x8<S>,
     ) -> ([f32x8<S>; 3], [f32x8<S>; 3]) {
         let zero = f32x8::splat(theta_j.token(), 0.0);
@@ -40,7 +41,7 @@ impl PaintedTables {
                 debug_assert!(false, "pack {pack} is not there");
                 continue;
             };
-            let of_layers = tables.at_lights(theta_j, theta_o, cos_delta, sigma_f);
+            let of_layers = tables.at_lights(theta_j, theta_o, azimuths, sigma_f);
             for channel in 0..3 {
                 let (own, around) = (&at.own[channel], &at.around[channel]);
                 if own.pack == pack {

@@ -3,18 +3,20 @@
 //!
 //! What costs time, the rows, is made on the device from [`MultipleSource`], a few ten kB. A row of 16
 //! numbers is four texels of a 3D texture, in as many blocks of layers: block k holds the numbers 4 k to
-//! 4 k + 3, so that a filtered look-up never mixes blocks. Along x lies the difference of the inclinations,
+//! 4 k + 3, so that a filtered look-up never mixes blocks. The second half of an elliptic fibre's rows are four
+//! further blocks. Along x lies the difference of the inclinations,
 //! along y their sum, along z the width.
 
 use crate::closed_form::{AverageTexel, SampleLobes, Shading};
 
 use super::axes::{Axes, LEAST_DIFFERENCE, POLE, SUM_MIDDLE};
-use super::azimuth::{GRAZING, LAST_NODE, LagFunctions, N_FUNCTIONS, Profiles, Row};
+use super::azimuth::{GRAZING, LAST_NODE, Profiles, Row};
+use super::lag::{LagFunctions, N_FUNCTIONS};
 use super::{MultipleTables, Plan};
 use crate::jobs::Job;
 
-/// Texels of a row.
-pub const ROW_TEXELS: usize = 1 + N_FUNCTIONS;
+/// Texels of a row, or of half a row of an elliptic fibre.
+const HALF_TEXELS: usize = 1 + N_FUNCTIONS;
 
 /// What the largest numbers are about in half floats: 4000 times below their range, and 5 digits above
 /// where they lose precision.
@@ -64,8 +66,10 @@ pub struct MultipleLayout {
     pub last_node: f32,
     /// As [`MultipleTables::terms`].
     pub terms: u32,
+    /// Halves of a row: 2 of an elliptic fibre, else 1.
+    pub n_halves: u32,
     /// Fills the uniform; always 0.
-    pub padding: [u32; 2],
+    pub padding: u32,
 }
 
 crate::mirrors! {
@@ -74,7 +78,7 @@ crate::mirrors! {
     }
     MultipleLayout as "MultipleLayout" in "lib/multiple_tables" {
         rows, direct, functions, row_scales, direct_scales, sum_middle, least_difference, pole, grazing,
-        last_node, terms, padding,
+        last_node, terms, n_halves, padding,
     }
 }
 
@@ -83,9 +87,12 @@ crate::mirrors! {
 pub struct MultipleSource {
     /// Where rows stand and what their numbers mean.
     pub layout: MultipleLayout,
-    /// N_t^G over cos(theta_d), `[mode][node]`: of each row the constant and the factors of the functions
+    /// N_t^G over cos(theta_d), `[half][mode][node]`: of each row the constant and the factors of the functions
     /// of the lag, red, green, blue and 0. Zeros of modes that are not enabled.
-    pub profiles: Vec<[f32; 4 * ROW_TEXELS]>,
+    pub profiles: Vec<[f32; 4 * HALF_TEXELS]>,
+    /// The functions of an elliptic fibre: of each term of each order the factors in all of them. Empty for
+    /// round ones.
+    pub elliptic: Vec<[f32; 8]>,
 }
 
 impl MultipleSource {
@@ -104,12 +111,16 @@ impl MultipleSource {
         let sent_back = averages.iter().flat_map(|texel| &texel[..3]);
         let sent_back = sent_back.fold(0.0, |a, &b| f32::max(a, b));
         let local = scale(sent_back, &plan.direct_axes);
-        let functions = plan.profiles.map(|profiles| profiles.functions);
+        let n_halves = plan.profiles.as_ref().map_or(1, Profiles::n_halves);
+        let functions = plan
+            .profiles
+            .map(|profiles| (profiles.functions, profiles.elliptic));
+        let (LagFunctions(functions), elliptic) = functions.unwrap_or_default();
         MultipleSource {
             layout: MultipleLayout {
                 rows: MultipleAxes::from(&plan.axes),
                 direct: MultipleAxes::from(&plan.direct_axes),
-                functions: functions.map_or(Default::default(), |LagFunctions(rows)| rows),
+                functions,
                 row_scales: [global, global, global, local],
                 direct_scales: [local, local, local, 1.0],
                 sum_middle: SUM_MIDDLE,
@@ -118,8 +129,10 @@ impl MultipleSource {
                 grazing: GRAZING,
                 last_node: LAST_NODE,
                 terms: plan.terms,
-                padding: [0; 2],
+                n_halves: n_halves as u32,
+                padding: 0,
             },
+            elliptic: elliptic.map_or(Vec::new(), |functions| functions.0.as_flattened().to_vec()),
             profiles,
         }
     }
@@ -129,10 +142,20 @@ impl MultipleSource {
         self.layout.terms
     }
 
+    /// Are the tables those of an elliptic fibre, whose rows have two halves?
+    pub fn is_elliptic(&self) -> bool {
+        !self.elliptic.is_empty()
+    }
+
+    /// Texels of a row.
+    pub fn row_texels(&self) -> u32 {
+        HALF_TEXELS as u32 * self.layout.n_halves
+    }
+
     /// Texels of the texture of rows along x, y and z.
     pub fn rows_size(&self) -> [u32; 3] {
         let [w, p, q] = self.layout.rows.count;
-        [q, p, w * ROW_TEXELS as u32]
+        [q, p, w * self.row_texels()]
     }
 
     /// Texels of the texture of direct rows along x, y and z.
@@ -167,9 +190,9 @@ impl From<&Axes> for MultipleAxes {
 
 impl MultipleTables {
     /// Rows of the whole table, `[width][sum][difference]`: global scattering in the first three of each
-    /// four, local scattering in the last of the first three.
-    pub fn rows(&self) -> &[[f32; 4 * ROW_TEXELS]] {
-        &self.rows
+    /// four, local scattering in the last of the first three. The second half is empty but for elliptic fibres.
+    pub fn rows(&self) -> [&[[f32; 4 * HALF_TEXELS]]; 2] {
+        self.rows.each_ref().map(|rows| &rows[..])
     }
 
     /// Rows of direct local scattering.
@@ -226,7 +249,9 @@ mod tests {
         let tables = MultipleTables::new(&shading, &averages, terms, in_turn);
         assert_eq!(source.terms(), tables.terms());
         let [q, p, layers] = source.rows_size();
-        assert_eq!((q * p * layers) as usize, ROW_TEXELS * tables.rows().len());
+        let [rows, further] = tables.rows();
+        assert_eq!((q * p * layers) as usize, HALF_TEXELS * rows.len());
+        assert!(further.is_empty());
         let [q, p, w] = source.direct_size();
         assert_eq!((q * p * w) as usize, tables.direct_rows().len());
         // Both scales leave room above and digits below.
@@ -235,7 +260,7 @@ mod tests {
             direct_scales,
             ..
         } = source.layout;
-        let rows = tables.rows().as_flattened().as_chunks::<4>().0;
+        let rows = rows.as_flattened().as_chunks::<4>().0;
         for (rows, scales) in [(rows, row_scales), (tables.direct_rows(), direct_scales)] {
             for channel in [0, 3] {
                 let largest = rows.iter().map(|row| row[channel].abs() / scales[channel]);
@@ -243,7 +268,7 @@ mod tests {
                 assert!((0.5..2e4).contains(&largest), "{largest}");
             }
         }
-        let rounded: Vec<Row> = tables.rows.iter().map(|row| row.map(half)).collect();
+        let rounded: Vec<Row> = tables.rows[0].iter().map(|row| row.map(half)).collect();
         let rounded_direct: Vec<_> = tables.direct.iter().map(|row| row.map(half)).collect();
         let mut random = SplitMix64::of_item(5, 0);
         let mut squares = [[0.0; 2]; 3];
@@ -256,7 +281,7 @@ mod tests {
                 place.fraction = place.fraction.map(|f| (256.0 * f).round() / 256.0);
                 place
             };
-            let exact = mix(&tables.rows, &tables.axes, place);
+            let exact = mix(&tables.rows[0], &tables.axes, place);
             let found = mix(&rounded, &tables.axes, coarse(place));
             let place = tables.direct_axes.place(width, theta_j, theta_o);
             let exact_direct = mix(&tables.direct, &tables.direct_axes, place);

@@ -8,14 +8,44 @@ use core::f32::consts::PI;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8, i32x8};
 
+use crate::closed_form::DirectionInFrame;
 use crate::wide::LANES;
 use crate::wide::half_circle::half_circle;
 use crate::wide::math::{clamp, mul_add, polynomial};
 use crate::wide::rows::transpose;
 
 use super::axes::{Axes, LEAST_DIFFERENCE, SUM_MIDDLE};
-use super::azimuth::{LagFunctions, N_FUNCTIONS};
+use super::azimuth::Row;
+use super::elliptic::{self, EllipticFunctions};
+use super::lag::{LagFunctions, N_FUNCTIONS, N_HARMONICS};
 use super::{ARC_COSINE, MultipleTables};
+
+/// Azimuths of eight lights and a view: eight of [`super::Azimuths`].
+#[derive(Clone, Copy, Debug)]
+pub struct AzimuthsOfLights<S: Simd> {
+    /// As there.
+    pub cos_delta: f32x8<S>,
+    /// As there.
+    pub sin_delta: f32x8<S>,
+    /// As there.
+    pub cos_view: f32,
+    /// As there.
+    pub sin_view: f32,
+}
+
+impl<S: Simd> AzimuthsOfLights<S> {
+    /// Those of lights whose azimuths have these cosines and sines.
+    #[inline(always)]
+    pub fn between([cos_phi, sin_phi]: [f32x8<S>; 2], view: &DirectionInFrame) -> Self {
+        let cos_delta = cos_phi * view.cos_phi + sin_phi * view.sin_phi;
+        AzimuthsOfLights {
+            cos_delta: cos_delta.min(1.0).max(-1.0),
+            sin_delta: sin_phi * view.cos_phi - cos_phi * view.sin_phi,
+            cos_view: 1.0 - 2.0 * view.sin_phi * view.sin_phi,
+            sin_view: 2.0 * view.sin_phi * view.cos_phi,
+        }
+    }
+}
 
 /// Cells of eight lights.
 struct Places<S: Simd> {
@@ -85,6 +115,43 @@ impl LagFunctions {
     }
 }
 
+impl EllipticFunctions {
+    /// [`EllipticFunctions::at`].
+    #[inline(always)]
+    fn at_lights<S: Simd>(
+        &self,
+        azimuths: &AzimuthsOfLights<S>,
+    ) -> [f32x8<S>; elliptic::N_FUNCTIONS] {
+        let AzimuthsOfLights {
+            cos_delta: cos,
+            sin_delta: sin,
+            cos_view,
+            sin_view,
+        } = *azimuths;
+        let simd = cos.token();
+        let seen = self.seen_from(cos_view, sin_view);
+        let mut functions = [cos; elliptic::N_FUNCTIONS];
+        for (function, constant) in functions.iter_mut().zip(seen[0]) {
+            *function = f32x8::splat(simd, constant);
+        }
+        let cos_2 = -(sin * sin * 2.0) + 1.0;
+        let sin_2 = sin * cos * 2.0;
+        let (mut cos_k, mut sin_k) = (cos, sin);
+        for k in 0..N_HARMONICS {
+            let (cosines, sines) = (&seen[1 + k], &seen[1 + N_HARMONICS + k]);
+            for (f, function) in functions.iter_mut().enumerate() {
+                let of_cosine = mul_add(f32x8::splat(simd, cosines[f]), cos_k, *function);
+                *function = mul_add(f32x8::splat(simd, sines[f]), sin_k, of_cosine);
+            }
+            (cos_k, sin_k) = (cos_k * cos_2 - sin_k * sin_2, sin_k * cos_2 + cos_k * sin_2);
+        }
+        functions
+    }
+}
+
+/// Weights of the eight corners of the cells of eight lights.
+type Weights = [[f32; LANES]; 8];
+
 impl MultipleTables {
     /// [`MultipleTables::at`] of eight lights.
     #[inline(always)]
@@ -92,15 +159,15 @@ impl MultipleTables {
         &self,
         theta_j: f32x8<S>,
         theta_o: f32,
-        cos_delta: f32x8<S>,
+        azimuths: &AzimuthsOfLights<S>,
         sigma_f: f32x8<S>,
     ) -> ([f32x8<S>; 3], [f32x8<S>; 3]) {
         let simd = theta_j.token();
         let zero = f32x8::splat(simd, 0.0);
-        if self.rows.is_empty() {
+        let [rows, further] = &self.rows;
+        if rows.is_empty() {
             return ([zero; 3], [zero; 3]);
         }
-        let (layer, line) = (self.axes.layer(), self.axes.count[2]);
         let places = self.axes.places(sigma_f, theta_j, theta_o);
         let [w, p, q] = places.fraction;
         let of_corners = {
@@ -125,10 +192,59 @@ impl MultipleTables {
         for (weights, of_corner) in weights.iter_mut().zip(of_corners) {
             of_corner.store_array(weights);
         }
+        let [low, high] = self.columns(rows, &places, &weights);
+        let mut global = [zero; 3];
+        match &self.elliptic {
+            None => {
+                let functions = self.functions.at_lights(azimuths.cos_delta);
+                for (channel, global) in global.iter_mut().enumerate() {
+                    let mut sum = low[channel];
+                    sum = mul_add(functions[0], low[4 + channel], sum);
+                    sum = mul_add(functions[1], high[channel], sum);
+                    *global = mul_add(functions[2], high[4 + channel], sum);
+                }
+            }
+            Some(functions) => {
+                let functions = functions.at_lights(azimuths);
+                let [low_2, high_2] = self.columns(further, &places, &weights);
+                for (channel, global) in global.iter_mut().enumerate() {
+                    let mut sum = low[channel];
+                    sum = mul_add(functions[1], low[4 + channel], sum);
+                    sum = mul_add(functions[2], high[channel], sum);
+                    sum = mul_add(functions[3], high[4 + channel], sum);
+                    sum = mul_add(functions[4], low_2[channel], sum);
+                    sum = mul_add(functions[5], low_2[4 + channel], sum);
+                    sum = mul_add(functions[6], high_2[channel], sum);
+                    *global = mul_add(functions[7], high_2[4 + channel], sum);
+                }
+            }
+        }
+        for global in &mut global {
+            *global = global.max(0.0);
+        }
+        let overlap = -arc_cosine(azimuths.cos_delta) + PI;
+        let mut local = [low[3], low[7], high[3]];
+        for local in &mut local {
+            *local = overlap * local.max(0.0);
+        }
+        (global, local)
+    }
+
+    /// The numbers of `rows` at eight places, the first eight and the others.
+    #[inline(always)]
+    fn columns<S: Simd>(
+        &self,
+        rows: &[Row],
+        places: &Places<S>,
+        weights: &Weights,
+    ) -> [[f32x8<S>; LANES]; 2] {
+        let simd = places.fraction[0].token();
+        let zero = f32x8::splat(simd, 0.0);
+        let (layer, line) = (self.axes.layer(), self.axes.count[2]);
         let (mut low, mut high) = ([zero; LANES], [zero; LANES]);
         for lane in 0..LANES {
             let first = places.row[lane] as usize;
-            let rows = &self.rows[first..first + layer + line + 2];
+            let rows = &rows[first..first + layer + line + 2];
             let corners = [
                 0,
                 1,
@@ -139,7 +255,7 @@ impl MultipleTables {
                 layer + line,
                 layer + line + 1,
             ];
-            for (at, weights) in corners.into_iter().zip(&weights) {
+            for (at, weights) in corners.into_iter().zip(weights) {
                 let weight = f32x8::splat(simd, weights[lane]);
                 let [below, above] = rows[at].as_chunks().0 else {
                     continue;
@@ -148,22 +264,7 @@ impl MultipleTables {
                 high[lane] = mul_add(weight, f32x8::simd_from(simd, *above), high[lane]);
             }
         }
-        let (low, high) = (transpose(low), transpose(high));
-        let functions = self.functions.at_lights(cos_delta);
-        let overlap = -arc_cosine(cos_delta) + PI;
-        let mut global = [zero; 3];
-        for (channel, global) in global.iter_mut().enumerate() {
-            let mut sum = low[channel];
-            sum = mul_add(functions[0], low[4 + channel], sum);
-            sum = mul_add(functions[1], high[channel], sum);
-            sum = mul_add(functions[2], high[4 + channel], sum);
-            *global = sum.max(0.0);
-        }
-        let mut local = [low[3], low[7], high[3]];
-        for local in &mut local {
-            *local = overlap * local.max(0.0);
-        }
-        (global, local)
+        [transpose(low), transpose(high)]
     }
 
     /// [`MultipleTables::direct_at`] of eight lights.
@@ -219,61 +320,80 @@ impl MultipleTables {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::multiple_tables::Azimuths;
     use crate::random::SplitMix64;
-    use crate::wide::{dispatch, levels};
+    use crate::wide::{Level, dispatch, levels};
 
     /// Tables of smooth numbers.
-    fn tables() -> MultipleTables {
+    fn tables(is_elliptic: bool) -> MultipleTables {
         let axes = Axes::new([5, 7, 9], [0.1, 10.0], 0.0, 0.1);
         let direct_axes = Axes::new([4, 9, 7], [0.001, 10.0], 0.5, 0.4);
         let number = |ix: usize, k: usize| (0.03 * (ix * 16 + 5 * k) as f32).sin().abs();
-        let rows = (0..axes.n_rows()).map(|ix| std::array::from_fn(|k| number(ix, k)));
+        let rows = |first: usize| -> Vec<Row> {
+            let row = |ix| std::array::from_fn(|k| number(ix, first + k));
+            (0..axes.n_rows()).map(row).collect()
+        };
         let direct = (0..direct_axes.n_rows()).map(|ix| std::array::from_fn(|k| number(ix, k)));
         let factors = std::array::from_fn(|k| [0.0, 0.7, 0.2, -0.5].map(|f| f / (k + 1) as f32));
+        let vectors: [_; elliptic::N_FUNCTIONS - 1] = std::array::from_fn(|f| {
+            std::array::from_fn(|part| f64::from(number(part, f)) / (part + 1) as f64)
+        });
         MultipleTables {
             terms: 0,
-            axes,
             functions: LagFunctions(factors),
-            rows: rows.collect(),
+            elliptic: is_elliptic.then(|| Box::new(EllipticFunctions::new(&vectors))),
+            rows: [rows(0), if is_elliptic { rows(7) } else { Vec::new() }],
+            axes,
             direct_axes,
             direct: direct.collect(),
         }
     }
 
-    #[test]
-    fn eight_lights_are_as_one_by_one() {
-        let tables = tables();
-        for (name, level) in levels() {
-            let mut worst = 0.0f32;
-            for ix in 0..400 {
-                let mut random = SplitMix64::of_item(2, ix);
-                let mut eight = |low, high| -> [f32; LANES] {
-                    std::array::from_fn(|_| random.uniform(low, high) as f32)
-                };
-                let theta_j = eight(-1.57, 1.57);
-                let cos_delta = eight(-1.0, 1.0);
-                let width = eight(-4.0, 2.0).map(f32::exp);
-                let theta_o = eight(-1.57, 1.57)[0];
-                let cos_j = theta_j.map(f32::cos);
-                let found: [[[f32; LANES]; 3]; 3] = dispatch!(level, simd => {
-                    let [t, ct, cd, w] = [theta_j, cos_j, cos_delta, width]
-                        .map(|x| f32x8::simd_from(simd, x));
-                    let (global, local) = tables.at_lights(t, theta_o, cd, w);
-                    let direct = tables.direct_at_lights(t, ct, theta_o, cd, w);
-                    [global, local, direct].map(|rgb| rgb.map(Into::into))
-                });
-                for lane in 0..LANES {
-                    let (t, cd, w) = (theta_j[lane], cos_delta[lane], width[lane]);
-                    let (global, local) = tables.at(t, theta_o, cd, w);
-                    let direct = tables.direct_at(t, cos_j[lane], theta_o, cd, w);
-                    for (found, one) in found.iter().zip([global, local, direct]) {
-                        for (found, one) in found.iter().zip(one) {
-                            worst = worst.max((found[lane] - one).abs() / (1.0 + one));
-                        }
+    fn check(tables: &MultipleTables, name: &str, level: Level) {
+        let mut worst = 0.0f32;
+        for ix in 0..400 {
+            let mut random = SplitMix64::of_item(2, ix);
+            let mut eight = |low, high| -> [f32; LANES] {
+                std::array::from_fn(|_| random.uniform(low, high) as f32)
+            };
+            let theta_j = eight(-1.57, 1.57);
+            let phi_j = eight(-3.0, 3.0);
+            let width = eight(-4.0, 2.0).map(f32::exp);
+            let [theta_o, phi_o, ..] = eight(-1.57, 1.57);
+            let cos_j = theta_j.map(f32::cos);
+            let view = DirectionInFrame::from_angles(theta_o, 2.0 * phi_o);
+            let [cos_phi, sin_phi] = [phi_j.map(f32::cos), phi_j.map(f32::sin)];
+            let found: [[[f32; LANES]; 3]; 3] = dispatch!(level, simd => {
+                let [t, ct, w, c, s] = [theta_j, cos_j, width, cos_phi, sin_phi]
+                    .map(|x| f32x8::simd_from(simd, x));
+                let azimuths = AzimuthsOfLights::between([c, s], &view);
+                let (global, local) = tables.at_lights(t, theta_o, &azimuths, w);
+                let direct = tables.direct_at_lights(t, ct, theta_o, azimuths.cos_delta, w);
+                [global, local, direct].map(|rgb| rgb.map(Into::into))
+            });
+            for lane in 0..LANES {
+                let (t, w) = (theta_j[lane], width[lane]);
+                let light = DirectionInFrame::from_angles(t, phi_j[lane]);
+                let azimuths = Azimuths::between(&light, &view);
+                let (global, local) = tables.at(t, theta_o, &azimuths, w);
+                let direct = tables.direct_at(t, cos_j[lane], theta_o, azimuths.cos_delta, w);
+                for (found, one) in found.iter().zip([global, local, direct]) {
+                    for (found, one) in found.iter().zip(one) {
+                        worst = worst.max((found[lane] - one).abs() / (1.0 + one));
                     }
                 }
             }
-            assert!(worst < 2e-5 && worst > 0.0, "{name}: {worst}");
+        }
+        assert!(worst < 2e-5 && worst > 0.0, "{name}: {worst}");
+    }
+
+    #[test]
+    fn eight_lights_are_as_one_by_one() {
+        for is_elliptic in [false, true] {
+            let tables = tables(is_elliptic);
+            for (name, level) in levels() {
+                check(&tables, &format!("{name}, elliptic: {is_elliptic}"), level);
+            }
         }
     }
 }

@@ -8,7 +8,7 @@ use fearless_simd::{Simd, f32x8};
 use crate::closed_form::{
     AZIMUTH_BLUR, AZIMUTH_BUMP, AZIMUTH_REACH, AZIMUTH_SHEAR, AZIMUTH_SHEAR_MAX, AZIMUTH_SIDE,
     AZIMUTH_STRETCH, AZIMUTH_STRETCHED, AZIMUTH_TILT, AZIMUTHS, DirectionInFrame, ETA_STAR_MAX,
-    ETA_STAR_MIN, Fibre, LobeView,
+    ETA_STAR_MIN, Fibre, LobeView, Lobes as OneLobes,
 };
 
 use super::azimuthal::{azimuthal_lobes, sharpnesses};
@@ -149,4 +149,17 @@ fn lobes_at_azimuth<S: Simd>(
         *value = mul_add(amplitude[2][channel], heights[2], sum);
     }
     rgb
+}
+
+/// The same of one fibre's `lobes` at one inclination, and with their whole amplitudes.
+#[inline(always)]
+pub(crate) fn one_at_azimuths<S: Simd>(
+    simd: S,
+    lobes: &OneLobes,
+    sin_half: f32x8<S>,
+    cos_half: f32x8<S>,
+    blur: f32,
+) -> [f32x8<S>; 3] {
+    let lobes = Lobes::splat(simd, lobes);
+    lobes_at_azimuth(&lobes, sin_half, cos_half, f32x8::splat(simd, blur))
 }

@@ -3,7 +3,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
-use crate::closed_form::{EVEN_TEXELS, LobeDecode, LobeView, N_LOBE_NUMBERS};
+use crate::closed_form::{EVEN_TEXELS, LobeDecode, LobeView, Lobes as OneLobes, N_LOBE_NUMBERS};
 use crate::lobes::ELLIPTIC_ROWS;
 
 use super::LANES;
@@ -23,6 +23,32 @@ pub(super) struct Lobes<S: Simd> {
     pub amplitude: [[f32x8<S>; 3]; 3],
     /// Factor of all amplitudes.
     pub square: f32x8<S>,
+}
+
+impl<S: Simd> Lobes<S> {
+    /// The same ones eight times.
+    #[inline(always)]
+    pub fn splat(simd: S, lobes: &OneLobes) -> Lobes<S> {
+        let zero = f32x8::splat(simd, 0.0);
+        let mut all = Lobes {
+            lambda: [zero; 3],
+            cos_half: [zero; 2],
+            sin_half: [zero; 2],
+            amplitude: [[zero; 3]; 3],
+            square: f32x8::splat(simd, 1.0),
+        };
+        for lobe in 0..3 {
+            all.lambda[lobe] = f32x8::splat(simd, lobes.lambda[lobe]);
+            for channel in 0..3 {
+                all.amplitude[lobe][channel] = f32x8::splat(simd, lobes.amplitude[lobe][channel]);
+            }
+        }
+        for pair in 0..2 {
+            all.cos_half[pair] = f32x8::splat(simd, lobes.cos_half[pair]);
+            all.sin_half[pair] = f32x8::splat(simd, lobes.sin_half[pair]);
+        }
+        all
+    }
 }
 
 /// [`crate::closed_form::lobe_place`].

@@ -30,7 +30,7 @@
 mod azimuthal;
 mod azimuthal_r;
 mod dispatch;
-mod eccentric;
+pub(crate) mod eccentric;
 mod fisher;
 #[cfg(test)]
 pub(crate) mod fixture;
