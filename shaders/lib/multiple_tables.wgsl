@@ -42,13 +42,11 @@ struct MultipleLayout {
     padding: u32,
 }
 
-// Azimuths of a light and the view: cosine and sine of phi_j - phi_o and of 2 phi_o. A round fibre looks
-// at the first alone.
+// Cosine and sine of phi_j - phi_o, from the view to a light. A round fibre looks at the first alone, an elliptic one at
+// phi_o, too: see multiple_seen_from.
 struct MultipleAzimuths {
     cos_delta: f32,
     sin_delta: f32,
-    cos_view: f32,
-    sin_view: f32,
 }
 
 // M^G and M^L.
@@ -128,37 +126,35 @@ fn multiple_between(light: DirectionInFrame, view: DirectionInFrame) -> Multiple
     return MultipleAzimuths(
         clamp(cos_delta, -1.0, 1.0),
         view.cos_phi * light.sin_phi - view.sin_phi * light.cos_phi,
-        1.0 - 2.0 * view.sin_phi * view.sin_phi,
-        2.0 * view.sin_phi * view.cos_phi,
     );
 }
 
 // #if ELLIPTIC_TABLES
-// Terms of an order: a constant in the lag, then cosines, then as many sines.
-const N_TERMS: u32 = 13u;
+// Parts of an order: a constant in the lag, then cosines, then as many sines.
+const ORDER_PARTS: u32 = 13u;
 
-// Factors of the terms in the eight functions, from the view of the invocation.
-var<private> seen: array<array<vec4f, 2>, N_TERMS>;
+// Factors of these in the eight functions, from the view of the invocation.
+var<private> multiple_seen: array<array<vec4f, 2>, ORDER_PARTS>;
 
-// Looks at the functions, a row of two texels a term of an order, from this view.
+// Looks at the functions, a row of two texels a part of an order, from this view.
 fn multiple_seen_from(functions: texture_2d<f32>, view: DirectionInFrame) {
     let cos_view = 1.0 - 2.0 * view.sin_phi * view.sin_phi;
     let sin_view = 2.0 * view.sin_phi * view.cos_phi;
     let n_rows = textureDimensions(functions).y;
-    for (var term = 0u; term < N_TERMS; term++) {
+    for (var part = 0u; part < ORDER_PARTS; part++) {
         var cosine = 1.0;
         var sine = 0.0;
         var low = vec4f(0.0);
         var high = vec4f(0.0);
-        for (var row = term; row < n_rows; row += N_TERMS) {
-            let turn = select(cosine, sine, term > N_TERMS / 2u);
+        for (var row = part; row < n_rows; row += ORDER_PARTS) {
+            let turn = select(cosine, sine, part > ORDER_PARTS / 2u);
             low += turn * textureLoad(functions, vec2u(0u, row), 0);
             high += turn * textureLoad(functions, vec2u(1u, row), 0);
             let before = cosine;
             cosine = before * cos_view - sine * sin_view;
             sine = sine * cos_view + before * sin_view;
         }
-        seen[term] = array<vec4f, 2>(low, high);
+        multiple_seen[part] = array<vec4f, 2>(low, high);
     }
 }
 
@@ -168,11 +164,11 @@ fn multiple_elliptic_functions(azimuths: MultipleAzimuths) -> array<vec4f, 2> {
     let sin_2 = 2.0 * azimuths.sin_delta * azimuths.cos_delta;
     var cosine = azimuths.cos_delta;
     var sine = azimuths.sin_delta;
-    var low = seen[0][0];
-    var high = seen[0][1];
-    for (var k = 1u; k <= N_TERMS / 2u; k++) {
-        low += cosine * seen[k][0] + sine * seen[N_TERMS / 2u + k][0];
-        high += cosine * seen[k][1] + sine * seen[N_TERMS / 2u + k][1];
+    var low = multiple_seen[0][0];
+    var high = multiple_seen[0][1];
+    for (var k = 1u; k <= ORDER_PARTS / 2u; k++) {
+        low += cosine * multiple_seen[k][0] + sine * multiple_seen[ORDER_PARTS / 2u + k][0];
+        high += cosine * multiple_seen[k][1] + sine * multiple_seen[ORDER_PARTS / 2u + k][1];
         let before = cosine;
         cosine = before * cos_2 - sine * sin_2;
         sine = sine * cos_2 + before * sin_2;

@@ -582,9 +582,7 @@ impl HairMaterial {
             Part::LobesTt => lobes(&self.optics.tt),
             Part::LobesTrt => lobes(&self.optics.trt),
             Part::Averages => size_of_val(self.averages()),
-            Part::Multiple => self.optics.multiple.as_ref().map_or(0, |source| {
-                size_of_val(&source.layout) + size_of_val(&source.profiles[..])
-            }),
+            Part::Multiple => (self.optics.multiple.as_ref()).map_or(0, MultipleSource::bytes),
             Part::PaintedTt => painted(&self.optics.painted.tt),
             Part::PaintedTrt => painted(&self.optics.painted.trt),
             Part::PaintedAverages => {

@@ -214,12 +214,25 @@ fn slow_errors_are_measured_by_seeds() {
             let value = point[key].as_f64();
             assert!(value.is_some_and(|x| x > 0.0 && x < 2.0), "{key}: {point}");
         }
+        for key in ["mean_plain", "mean_converged"] {
+            let number = |name: &str| point[key][name].as_f64().expect(name);
+            let off = (number("ratio") - 1.0).abs();
+            // Of two seeds, which say little of their own noise.
+            assert!(off < 0.3 && number("standard_error") > 0.0, "{point}");
+            assert!((0.0..=1.0).contains(&number("tiles_beyond")), "{point}");
+        }
         // Null where noise hides them.
         for key in ["bias_plain", "bias_converged"] {
             let value = point.get(key).expect(key);
             assert!(value.as_f64().is_none_or(|x| x > 0.0 && x < 1.0), "{point}");
         }
     }
+    let goals = scene["goals"].as_array().expect("a list");
+    let errors = goals
+        .iter()
+        .filter_map(|goal| goal["relative_rmse"].as_f64());
+    assert_eq!(errors.collect::<Vec<f64>>(), [0.05, 0.03, 0.01]);
+    assert!(goals[0]["plain_core_seconds"].as_f64() > Some(0.0));
     let svg = fs::read_to_string(at.join("c.svg")).expect("written");
     assert!(svg.contains("core-seconds"));
     let mut text = strandlight();

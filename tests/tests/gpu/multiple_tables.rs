@@ -264,13 +264,20 @@ fn tables_are_filled_when_they_are_needed() {
     renderer.set_scattering(Scattering::Total);
     assert!(at(&mut renderer) == (wider, 1));
     // Those of an elliptic fibre are larger, and other pipelines read them; and back again.
-    for eccentricity in [0.9, 0.8, 1.0] {
+    let without_trt = &[Lobe::R, Lobe::Tt][..];
+    for (eccentricity, modes) in [
+        (0.9, scene.hair.modes()),
+        (0.8, scene.hair.modes()),
+        (0.8, without_trt),
+        (0.8, scene.hair.modes()),
+        (1.0, scene.hair.modes()),
+    ] {
         hair.eccentricity = eccentricity;
-        renderer.set_hair(&hair, scene.hair.modes()).unwrap();
+        renderer.set_hair(&hair, modes).unwrap();
         let (edited, runs) = at(&mut renderer);
         assert_eq!(runs, 1);
         let mut fresh = scene.clone();
-        fresh.hair.edit(&hair, scene.hair.modes()).unwrap();
+        fresh.hair.edit(&hair, modes).unwrap();
         let mut fresh = ProgressiveRenderer::new(&context, fresh).unwrap();
         assert!(at(&mut fresh).0 == edited, "{eccentricity}");
     }

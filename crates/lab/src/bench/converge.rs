@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use strandlight_cpu::CpuRenderer;
 use strandlight_formats::{Background, Scattering, Scene};
 use strandlight_reference::compare::Layer;
-use strandlight_reference::converge::{Converged, Convergence, TILE};
+use strandlight_reference::converge::Convergence;
 use strandlight_reference::environment::LightSampler;
 use strandlight_reference::{Environment, PathTracer, TracedScene};
 use strandlight_scattering::exact::BcsdfError;
@@ -19,10 +19,12 @@ use strandlight_scene::{Backend, LatLong, Picture, PreparedScene, RenderError};
 use super::peers::log_slope;
 use super::plot::{AxisStyle, Figure, Mark, Panel, Series};
 use super::process_clock::clocked;
+pub use super::tiles::MeanOfSeeds;
+use super::tiles::{Tiles, TilesOfSeeds};
 use super::truth::{Truth, blocks};
 
-/// Quantile of a 95 % interval.
-const INTERVAL: f64 = 1.96;
+/// Errors to which core-seconds are found.
+pub const GOALS: [f64; 3] = [0.05, 0.03, 0.01];
 
 /// What is measured.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -94,8 +96,8 @@ pub struct Point {
     pub expected: f64,
     /// Share of the tiles that lie within the interval that it states.
     pub inside: f64,
-    /// Mean of the converged picture over that of the truth.
-    pub mean_ratio: f64,
+    /// What the means over the seeds say: of the samples' means, and of the converged pictures.
+    pub means: [MeanOfSeeds; 2],
     /// Relative RMSE of the mean over the seeds of the samples' means, and of the converged pictures, less
     /// what is noise of these means; none where that hides it, as of one seed.
     pub bias: [Option<f64>; 2],
@@ -121,8 +123,55 @@ impl Convergences {
         (gain.is_finite() && gain > 0.0).then_some(gain)
     }
 
+    /// Core-seconds to an error of plain paths, which fall as the root of their samples, and of `render --converge` with its fast
+    /// picture, between the two numbers of samples about it. None of what was not reached, or took less than the clock can
+    /// tell.
+    pub fn core_seconds_to(&self, goal: f64) -> [Option<f64>; 2] {
+        [self.plain_seconds_to(goal), self.converged_seconds_to(goal)]
+    }
+
+    fn plain_seconds_to(&self, goal: f64) -> Option<f64> {
+        let last = self.points.last()?;
+        let samples = (last.plain? / goal).powi(2);
+        let seconds = self.traced_core_seconds? + samples * last.plain_core_seconds?;
+        Some(seconds).filter(|seconds| *seconds > 0.0)
+    }
+
+    fn converged_seconds_to(&self, goal: f64) -> Option<f64> {
+        let fast = self.fast_core_seconds.filter(|seconds| *seconds > 0.0)?;
+        if self.fast_error.is_some_and(|error| error <= goal) {
+            return Some(fast);
+        }
+        let before = fast + self.traced_core_seconds?;
+        let of_point = |point: &Point| Some((before + point.core_seconds?, point.converged?));
+        let points: Vec<(f64, f64)> = self.points.iter().filter_map(of_point).collect();
+        let ix = points.iter().position(|(_, error)| *error <= goal)?;
+        let (seconds, error) = points[ix];
+        let (less, more) = match ix {
+            0 => (before, self.fast_error?),
+            _ => points[ix - 1],
+        };
+        let along = (more / goal).ln() / (more / error).ln();
+        Some(less * (seconds / less).powf(along))
+    }
+
     /// As JSON.
     pub fn to_json(&self) -> Value {
+        let mean = |mean: &MeanOfSeeds| {
+            json!({
+                "ratio": mean.ratio,
+                "standard_error": mean.standard_error,
+                "tiles_beyond": mean.tiles_beyond,
+            })
+        };
+        let goal = |&goal: &f64| {
+            let [plain, converged] = self.core_seconds_to(goal);
+            json!({
+                "relative_rmse": goal,
+                "plain_core_seconds": plain,
+                "core_seconds": converged,
+            })
+        };
         let point = |point: &Point| {
             json!({
                 "samples": point.samples,
@@ -132,7 +181,9 @@ impl Convergences {
                 "converged": point.converged,
                 "expected": point.expected,
                 "inside": point.inside,
-                "mean_ratio": point.mean_ratio,
+                "mean_ratio": point.means[1].ratio,
+                "mean_plain": mean(&point.means[0]),
+                "mean_converged": mean(&point.means[1]),
                 "bias_plain": point.bias[0],
                 "bias_converged": point.bias[1],
             })
@@ -153,6 +204,7 @@ impl Convergences {
             "slope_plain": plain,
             "slope_converged": converged,
             "gain": self.gain(),
+            "goals": GOALS.iter().map(goal).collect::<Vec<_>>(),
         })
     }
 
@@ -179,13 +231,21 @@ impl Convergences {
             points: vec![(fast, 100.0 * self.fast_error.unwrap_or(f64::NAN))],
             ..Series::default()
         };
+        let paths = of("path tracing", plain_seconds, |point| point.plain);
+        let guide = Series {
+            name: "falls as n^-1/2".to_owned(),
+            mark: Mark::Dashed,
+            points: guide(&paths.points),
+            ..Series::default()
+        };
         Panel {
             title: title.to_owned(),
             x: AxisStyle::log("core-seconds"),
             y: AxisStyle::log("relative RMSE of 4x4 means, %"),
             series: vec![
                 fast,
-                of("path tracing", plain_seconds, |point| point.plain),
+                guide,
+                paths,
                 of("converged", seconds, |point| point.converged),
                 of("expected by converged", seconds, |point| {
                     Some(point.expected)
@@ -193,6 +253,15 @@ impl Convergences {
             ],
         }
     }
+}
+
+/// Through the last point, as far as the others, with a slope of -1/2.
+fn guide(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let Some(&(seconds, error)) = points.last() else {
+        return Vec::new();
+    };
+    let at = |&(x, _): &(f64, f64)| (x, error * (seconds / x).sqrt());
+    points.iter().map(at).collect()
 }
 
 /// All scenes beside each other.
@@ -249,13 +318,16 @@ pub fn converge(
     let truth = Truth::new(&layers).ok_or(ConvergeError::Black)?;
     let tiles = Tiles::new(&halves);
     let mut runs: Vec<[Runs; 2]> = vec![Default::default(); options.samples.len()];
+    let mut tiles_of_seeds: Vec<[TilesOfSeeds; 2]> = vec![Default::default(); runs.len()];
     let mut points = vec![Point::default(); options.samples.len()];
     let share = 1.0 / f64::from(options.seeds);
     for _ in 0..options.seeds {
         let mut convergence = Convergence::new(fast.clone(), &base, seeds.next_u64());
         let mut even = Convergence::new(fast.clone(), &base, seeds.next_u64()).evenly();
         let mut core_seconds = [Some(0.0); 2];
-        for ((&samples, point), runs) in options.samples.iter().zip(&mut points).zip(&mut runs) {
+        let of_samples = options.samples.iter().zip(&mut points);
+        let of_seeds = runs.iter_mut().zip(&mut tiles_of_seeds);
+        for ((&samples, point), (runs, means)) in of_samples.zip(of_seeds) {
             let more = samples - convergence.samples();
             let (_, seconds) = clocked(|| convergence.trace(&base, &tracer, more));
             let (_, plain_seconds) = clocked(|| even.trace(&base, &tracer, more));
@@ -268,16 +340,18 @@ pub fn converge(
             let converged = convergence.converged();
             point.samples = samples;
             let (plain, _) = even.plain();
-            for (runs, picture) in runs.iter_mut().zip([&plain, &converged.picture]) {
+            let of_pictures = runs.iter_mut().zip(means);
+            for ((runs, means), picture) in of_pictures.zip([&plain, &converged.picture]) {
                 runs.add(blocks(picture), &truth);
+                means.add(picture, &tiles);
             }
             point.expected += share * converged.relative_error.powi(2);
             point.inside += share * tiles.inside(&converged);
-            point.mean_ratio += share * tiles.mean_ratio(&converged.picture);
             done();
         }
     }
-    for (point, runs) in points.iter_mut().zip(&runs) {
+    for ((point, runs), means) in points.iter_mut().zip(&runs).zip(&tiles_of_seeds) {
+        point.means = means.each_ref().map(|means| means.mean(&tiles));
         [point.plain, point.converged] = runs.each_ref().map(Runs::error);
         point.bias = runs.each_ref().map(|runs| runs.bias(&truth));
         point.expected = point.expected.sqrt();
@@ -359,83 +433,6 @@ fn estimate(
     convergence.plain()
 }
 
-/// Means of the truth over tiles.
-struct Tiles {
-    /// Mean of the channels and its variance; none where nothing is seen.
-    means: Vec<Option<[f64; 2]>>,
-    /// Mean over the picture.
-    mean: f64,
-}
-
-impl Tiles {
-    fn new(halves: &[(Picture, Vec<[f32; 3]>); 2]) -> Tiles {
-        let pictures = halves
-            .each_ref()
-            .map(|(picture, _)| tile_sums(picture, |ix| picture.rgba[ix]));
-        let variances = halves.each_ref().map(|(picture, variances)| {
-            // Channels of a path go together.
-            tile_sums(picture, |ix| {
-                let [r, g, b] = variances[ix].map(f32::sqrt);
-                let all = (r + g + b) * (r + g + b) / 3.0;
-                [all, all, all, picture.rgba[ix][3]]
-            })
-        });
-        let means = (0..pictures[0].len()).map(|ix| {
-            let [a, b] = [0, 1].map(|half: usize| pictures[half][ix]);
-            let [u, v] = [0, 1].map(|half: usize| variances[half][ix]);
-            let n = a[2];
-            (a[1] > 0.0).then(|| {
-                [
-                    0.5 * (a[0] + b[0]) / n,
-                    0.25 / 3.0 * (u[0] + v[0]) / (n * n),
-                ]
-            })
-        });
-        let sum = |picture: &[[f64; 3]]| picture.iter().map(|tile| tile[0]).sum::<f64>();
-        Tiles {
-            means: means.collect(),
-            mean: 0.5 * (sum(&pictures[0]) + sum(&pictures[1])),
-        }
-    }
-
-    /// Share of the tiles of `converged` whose error is as stated.
-    fn inside(&self, converged: &Converged) -> f64 {
-        let found = tile_sums(&converged.picture, |ix| converged.picture.rgba[ix]);
-        let (mut inside, mut all) = (0, 0);
-        for ((found, truth), error) in found.iter().zip(&self.means).zip(&converged.tile_error) {
-            let Some([mean, variance]) = truth else {
-                continue;
-            };
-            let [r, g, b] = error.map(f64::from);
-            let stated = (r + g + b) / 3.0;
-            let off = (found[0] / found[2] - mean).abs();
-            inside += u32::from(off <= INTERVAL * (stated * stated + variance).sqrt());
-            all += 1;
-        }
-        f64::from(inside) / f64::from(all.max(1))
-    }
-
-    fn mean_ratio(&self, picture: &Picture) -> f64 {
-        let found = tile_sums(picture, |ix| picture.rgba[ix]);
-        found.iter().map(|tile| tile[0]).sum::<f64>() / self.mean
-    }
-}
-
-/// Of each tile: the sum of the mean of the channels, that of coverage, and the number of pixels.
-fn tile_sums(picture: &Picture, of: impl Fn(usize) -> [f32; 4]) -> Vec<[f64; 3]> {
-    let [width, height, tile] = [picture.width, picture.height, TILE].map(|n| n as usize);
-    let across = width.div_ceil(tile);
-    let mut sums = vec![[0.0; 3]; across * height.div_ceil(tile)];
-    for ix in 0..width * height {
-        let [r, g, b, a] = of(ix).map(f64::from);
-        let sum = &mut sums[ix / width / tile * across + ix % width / tile];
-        for (sum, value) in sum.iter_mut().zip([(r + g + b) / 3.0, a, 1.0]) {
-            *sum += value;
-        }
-    }
-    sums
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -467,6 +464,44 @@ mod tests {
         for seconds in [[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]] {
             assert_eq!(gain(seconds), None);
         }
+    }
+
+    #[test]
+    fn core_seconds_to_errors_are_read_between_the_points() {
+        let point = |samples: u32, error: f64| Point {
+            samples,
+            core_seconds: Some(f64::from(samples)),
+            plain_core_seconds: Some(f64::from(samples)),
+            plain: Some(0.4 / f64::from(samples).sqrt()),
+            converged: Some(error),
+            ..Point::default()
+        };
+        let found = Convergences {
+            size: [1, 1],
+            counts: [1; 3],
+            scattering: Scattering::Total,
+            fast_core_seconds: Some(2.0),
+            fast_error: Some(0.08),
+            traced_core_seconds: Some(1.0),
+            points: vec![point(4, 0.04), point(16, 0.02)],
+            seeds: 1,
+            truth_noise: 0.0,
+        };
+        let near = |found: Option<f64>, expected: f64| {
+            assert!(
+                found.is_some_and(|x| (x / expected - 1.0).abs() < 1e-9),
+                "{found:?} {expected}"
+            );
+        };
+        let at = |goal| found.core_seconds_to(goal);
+        near(at(0.1)[1], 2.0);
+        near(at(0.04)[1], 7.0);
+        near(at(0.02)[1], 19.0);
+        // Half of the way in logarithms.
+        near(at(0.04 / 2.0_f64.sqrt())[1], (7.0_f64 * 19.0).sqrt());
+        near(at(0.04 * 2.0_f64.sqrt())[1], (3.0_f64 * 7.0).sqrt());
+        assert_eq!(at(0.01)[1], None);
+        near(at(0.01)[0], 1.0 + 1600.0);
     }
 
     /// Pictures that are off by 5 % in the mean, and by 20 % each.

@@ -32,6 +32,7 @@ pub mod pairs;
 pub mod peers;
 pub mod plot;
 mod process_clock;
+mod tiles;
 mod timing;
 mod transmittance;
 mod truth;

@@ -110,7 +110,7 @@ impl DeviceBytes {
             let [textures, rows] = multiple_bytes(source);
             bytes.parts.push(DevicePart {
                 name: "the tables of multiple scattering",
-                bytes: textures + rows + size_of_val(&source.profiles[..]) as u64,
+                bytes: textures + rows + source.bytes() as u64,
                 largest: rows,
             });
         }

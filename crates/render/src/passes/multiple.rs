@@ -32,7 +32,7 @@ fn upload_elliptic(context: &Context, source: &MultipleSource) -> Option<wgpu::T
     let format = wgpu::TextureFormat::Rgba32Float;
     source
         .is_elliptic()
-        .then(|| upload(context, "functions of the lag", size, format, texels))
+        .then(|| upload(context, "functions of elliptic hair", size, format, texels))
 }
 
 /// Bytes of both textures, and of the largest buffer that they are made with.

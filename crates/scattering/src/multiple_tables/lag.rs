@@ -16,10 +16,10 @@ use crate::closed_form::{
 /// Odd harmonics before they are reduced.
 pub(super) const N_HARMONICS: usize = 6;
 
-/// How many lags [`Lags`] are.
+/// How many [`SampledLags`] are.
 const N_LAGS: usize = 2 * N_HARMONICS;
 
-/// Functions of the lag that are kept.
+/// Functions of the lag that are kept beside the constant.
 pub(super) const N_FUNCTIONS: usize = 3;
 
 /// N_t^G at one node, per channel: the mean first, then parts of a basis whose functions are orthogonal and
@@ -59,11 +59,11 @@ impl LagFunctions {
 }
 
 /// Lags at which N_t^G is sampled.
-pub(super) struct Lags([Lag; N_LAGS]);
+pub(super) struct SampledLags([Lag; N_LAGS]);
 
-impl Lags {
-    pub fn new() -> Lags {
-        Lags(std::array::from_fn(|k| {
+impl SampledLags {
+    pub fn new() -> SampledLags {
+        SampledLags(std::array::from_fn(|k| {
             let half = 0.5 * PI * (k as f32 + 0.5) / N_LAGS as f32;
             Lag {
                 sin_half: half.sin(),

@@ -53,7 +53,7 @@ pub(super) fn leading_space<const N: usize, const COUNT: usize>(
     let mut space: [[f64; N]; COUNT] = std::array::from_fn(|f| matrix[order[f]]);
     orthonormalise(&mut space);
     for _round in 0..N_ROUNDS {
-        let product = |vector: [f64; N]| matrix.map(|row| dot(&row, &vector));
+        let product = |vector| std::array::from_fn(|a| dot(&matrix[a], &vector));
         space = space.map(product);
         orthonormalise(&mut space);
     }
@@ -110,5 +110,31 @@ mod tests {
             assert!(value < last);
             last = value;
         }
+    }
+
+    /// Of a matrix of three vectors, of lengths that fall.
+    #[test]
+    fn the_leading_space_is_that_of_the_leading_vectors() {
+        let vectors: [[f64; SIZE]; 3] = std::array::from_fn(|f| {
+            std::array::from_fn(|k| ((1.0 + f as f64) * (1.0 + k as f64)).sin() / (1 << f) as f64)
+        });
+        let entry = |a: usize, b: usize| vectors.iter().map(|v| v[a] * v[b]).sum();
+        let matrix: Matrix<SIZE> = std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b)));
+        let space: [_; 2] = leading_space(&matrix);
+        for vector in leading::<SIZE, 2>(matrix) {
+            let within: f64 = space.iter().map(|one| dot(one, &vector).powi(2)).sum();
+            assert!((within - 1.0).abs() < 1e-4, "{within}");
+        }
+        // Beyond the three there is nothing.
+        let all: [_; 5] = leading_space(&matrix);
+        for (f, vector) in all.iter().enumerate() {
+            let size = dot(vector, vector);
+            assert!(
+                (size - f64::from(u8::from(f < 3))).abs() < 1e-9,
+                "{f}: {size}"
+            );
+        }
+        let none: [_; 3] = leading_space(&[[0.0; SIZE]; SIZE]);
+        assert_eq!(none, [[0.0; SIZE]; 3]);
     }
 }

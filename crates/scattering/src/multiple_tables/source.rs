@@ -11,6 +11,7 @@ use crate::closed_form::{AverageTexel, SampleLobes, Shading};
 
 use super::axes::{Axes, LEAST_DIFFERENCE, POLE, SUM_MIDDLE};
 use super::azimuth::{GRAZING, LAST_NODE, Profiles, Row};
+use super::elliptic;
 use super::lag::{LagFunctions, N_FUNCTIONS};
 use super::{MultipleTables, Plan};
 use crate::jobs::Job;
@@ -87,12 +88,12 @@ crate::mirrors! {
 pub struct MultipleSource {
     /// Where rows stand and what their numbers mean.
     pub layout: MultipleLayout,
-    /// N_t^G over cos(theta_d), `[half][mode][node]`: of each row the constant and the factors of the functions
-    /// of the lag, red, green, blue and 0. Zeros of modes that are not enabled.
+    /// N_t^G over cos(theta_d), `[half][mode][node]`: of each row the constant and the factors of the functions,
+    /// red, green, blue and 0; of a second half the factors of four more. Zeros of modes that are not enabled.
     pub profiles: Vec<[f32; 4 * HALF_TEXELS]>,
     /// The functions of an elliptic fibre: of each term of each order the factors in all of them. Empty for
     /// round ones.
-    pub elliptic: Vec<[f32; 8]>,
+    pub elliptic: Vec<[f32; elliptic::N_FUNCTIONS]>,
 }
 
 impl MultipleSource {
@@ -140,6 +141,13 @@ impl MultipleSource {
     /// The terms that the tables serve; see [`MultipleTables::terms`].
     pub fn terms(&self) -> u32 {
         self.layout.terms
+    }
+
+    /// Bytes that a GPU is sent.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.layout)
+            + size_of_val(&self.profiles[..])
+            + size_of_val(&self.elliptic[..])
     }
 
     /// Are the tables those of an elliptic fibre, whose rows have two halves?
