@@ -212,7 +212,22 @@ fn pictures_are_measured_on_the_cpu() {
         assert!((0.0..1.0).contains(&of("shown_off")), "{edit}");
         assert!(of("longest_milliseconds") > 0.0, "{edit}");
     }
-    let table = assert_done(&mut bench(&["--window"]));
+    let pictures = folder.path().join("pictures");
+    let table = assert_done(&mut bench(&[
+        "--window",
+        "--pictures",
+        pictures.to_str().unwrap(),
+    ]));
+    let stem = scene.file_stem().unwrap().to_str().unwrap();
+    for name in &all[1..] {
+        let name = format!("{stem}.{}.png", name.replace(' ', "-"));
+        let png = std::fs::read(pictures.join(&name)).expect(&name);
+        assert!(png.starts_with(b"\x89PNG"), "{name}");
+    }
+    assert_refused(
+        &mut bench(&["--pictures", pictures.to_str().unwrap()]),
+        &["--window"],
+    );
     assert!(all[1..].iter().all(|name| table.contains(name)), "{table}");
     assert_refused(
         &mut bench(&["--backend", "gpu", "--window"]),

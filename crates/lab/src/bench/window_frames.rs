@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 use strandlight_cpu::BackgroundRenderer;
 use strandlight_formats::Scene;
-use strandlight_scene::{PreparedScene, RenderError};
+use strandlight_scene::{PreparedScene, RenderError, png_file};
 
 use super::cpu_frames::{Options, edits};
 use super::edits::median;
@@ -48,6 +48,44 @@ impl WindowCost {
     }
 }
 
+/// How many times larger differences are shown than they are.
+const MAGNIFIED: u8 = 8;
+
+/// What a window showed after an edit.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EditPictures {
+    /// Width and height of both.
+    pub size: [u32; 2],
+    /// The first new picture, sRGB over black.
+    pub shown: Vec<[u8; 3]>,
+    /// The last one.
+    pub last: Vec<[u8; 3]>,
+}
+
+impl EditPictures {
+    /// A PNG of the first new picture, the last one, and eight times the difference of their levels, side by side.
+    ///
+    /// # Errors
+    /// What the encoder says.
+    pub fn to_png(&self) -> Result<Vec<u8>, RenderError> {
+        let [width, height] = self.size;
+        let rows = |pixels: &[[u8; 3]], row: usize| {
+            let width = width as usize;
+            pixels[row * width..][..width].to_vec()
+        };
+        let off: Vec<[u8; 3]> = (self.shown.iter().zip(&self.last))
+            .map(|(a, b)| std::array::from_fn(|c| a[c].abs_diff(b[c]).saturating_mul(MAGNIFIED)))
+            .collect();
+        let row = |row| {
+            [&self.shown, &self.last, &off]
+                .map(|pixels| rows(pixels, row))
+                .concat()
+        };
+        let sheet: Vec<[u8; 3]> = (0..height as usize).flat_map(row).collect();
+        Ok(png_file::encode([3 * width, height], &sheet, &[])?)
+    }
+}
+
 /// One edit.
 struct Run {
     shown: f64,
@@ -56,9 +94,12 @@ struct Run {
     first_core_seconds: Option<f64>,
     settled: f64,
     longest: f64,
+    /// None where it showed no new picture before the last one, of one size.
+    pictures: Option<EditPictures>,
 }
 
-/// Edits `scene` there and back in a window, as [`scene_costs`](super::cpu_frames::scene_costs) does.
+/// Edits `scene` there and back in a window, as [`scene_costs`](super::cpu_frames::scene_costs) does. `seen` gets what it showed after
+/// each kind of edit, there, in the last round.
 ///
 /// # Errors
 /// As there.
@@ -66,6 +107,7 @@ pub fn window_costs(
     scene: &Scene,
     options: &Options,
     drawn: &dyn Fn(),
+    seen: &mut dyn FnMut(&'static str, EditPictures),
 ) -> Result<Vec<WindowCost>, RenderError> {
     let mut base = PreparedScene::load(scene)?;
     base.size = options.size.unwrap_or(base.size);
@@ -75,7 +117,13 @@ pub fn window_costs(
         let mut runs = Vec::new();
         for round in 0..=options.repetitions {
             for there in [true, false] {
-                let run = watch(&mut live, |live| edit(live, &base, there))?;
+                let mut run = watch(&mut live, |live| edit(live, &base, there))?;
+                if let Some(pictures) = run.pictures.take()
+                    && there
+                    && round == options.repetitions
+                {
+                    seen(name, pictures);
+                }
                 if round > 0 {
                     runs.push(run);
                 }
@@ -123,11 +171,17 @@ fn watch(
         if progress.is_done {
             let settled = milliseconds(start);
             let (first, first_core_seconds) = first.unwrap_or((settled, since(before)));
-            let (shown, off) = match shown {
-                Some((shown, pixels)) => (shown, difference(&pixels, live.display().pixels)),
-                None => (settled, 0.0),
+            let last = live.display();
+            let (shown, off, pictures) = match shown {
+                Some((shown, pixels)) => (
+                    shown,
+                    difference(&pixels, last.pixels),
+                    pictures_of(&pixels, last.pixels, last.size),
+                ),
+                None => (settled, 0.0, None),
             };
             return Ok(Run {
+                pictures,
                 shown,
                 off,
                 first,
@@ -137,6 +191,15 @@ fn watch(
             });
         }
     }
+}
+
+fn pictures_of(shown: &[[u8; 4]], last: &[[u8; 4]], size: [u32; 2]) -> Option<EditPictures> {
+    let over_black = |pixels: &[[u8; 4]]| pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+    (shown.len() == last.len()).then(|| EditPictures {
+        size,
+        shown: over_black(shown),
+        last: over_black(last),
+    })
 }
 
 /// Relative RMS difference of the levels of a picture, without alpha, from those of `last`; none of pictures
@@ -170,5 +233,21 @@ mod tests {
         assert!((difference(&picture(95), &picture(100)) - 0.05).abs() < 1e-12);
         assert_eq!(difference(&picture(0), &picture(0)), 0.0);
         assert_eq!(difference(&picture(1), &[]), f64::INFINITY);
+    }
+
+    #[test]
+    fn pictures_stand_beside_their_difference() {
+        let [shown, last] = [[10, 90, 3, 255], [12, 10, 3, 0]].map(|pixel| [pixel; 2]);
+        let pictures = pictures_of(&shown, &last, [1, 2]).expect("of one size");
+        let png = pictures.to_png().expect("encoded");
+        let mut reader = png::Decoder::new(std::io::Cursor::new(png))
+            .read_info()
+            .expect("a PNG");
+        let mut bytes = vec![0; 3 * 3 * 2];
+        let info = reader.next_frame(&mut bytes).expect("a picture");
+        assert_eq!((info.width, info.height), (3, 2));
+        let row = [10, 90, 3, 12, 10, 3, 16, 255, 0];
+        assert_eq!(bytes, [row, row].concat());
+        assert_eq!(pictures_of(&shown, &last[..1], [1, 1]), None);
     }
 }

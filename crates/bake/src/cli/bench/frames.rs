@@ -14,15 +14,16 @@ use strandlight_lab::bench::cpu_frames::{
 };
 use strandlight_lab::bench::estimate::{GPUS, Gpu, Pass};
 use strandlight_lab::bench::frames::{FrameCost, Progress, frame_costs, n_frames};
-use strandlight_lab::bench::window_frames::{WindowCost, window_costs};
+use strandlight_lab::bench::window_frames::{EditPictures, WindowCost, window_costs};
 use strandlight_render::gpu::Context;
 use strandlight_runtime::options::parse_size;
+use strandlight_runtime::work::NewFolders;
 use strandlight_scene::budget::MAX_TARGET_SIDE;
 use strandlight_scene::{PreparedScene, RenderError, SceneError};
 
 use super::{against, scenes};
 use crate::cli::scenes::table_2;
-use crate::cli::{Failure, Outcome, print_line};
+use crate::cli::{Failure, Outcome, output_folder, print_line, write_output};
 
 /// Benchmark the first picture from nothing, and after each kind of edit
 ///
@@ -52,6 +53,10 @@ pub struct Args {
     /// Pictures as a window on the CPU shows them, one after the other
     #[arg(long, conflicts_with_all = ["model", "against", "samples", "table2"])]
     window: bool,
+    /// Write what the window showed after each kind of edit into this folder, a PNG each: its first new
+    /// picture, the last one, and eight times their difference
+    #[arg(long, value_name = "DIR", requires = "window")]
+    pictures: Option<PathBuf>,
     /// Estimate each picture on this GPU from what the CPU counted; nothing runs on it
     #[arg(long, value_name = "GPU", value_parser = gpu_model())]
     model: Option<Gpu>,
@@ -115,6 +120,11 @@ pub fn run(args: &Args) -> Outcome {
         true => Some(Context::new().map_err(Failure::input)?),
     };
     scenes::check(&paths, &scenes, args.size)?;
+    let _new = args
+        .pictures
+        .as_deref()
+        .map(|folder| pictures_folder(folder, &paths));
+    let _new = _new.transpose()?;
     let measured = paths.iter().zip(&scenes).enumerate();
     let measured = measured.map(|(ix, (path, scene))| {
         let mut document = match &context {
@@ -277,12 +287,21 @@ fn in_window(args: &Args, path: &Path, scene: &Scene) -> Result<Value, Failure> 
         samples: None,
     };
     let progress = progress("edits", n_window_pictures(&options));
-    let costs = window_costs(scene, &options, &|| progress.advance(1));
+    let mut written = Ok(());
+    let mut seen = |name: &str, pictures: EditPictures| {
+        if let Some(folder) = args.pictures.as_deref().filter(|_| written.is_ok()) {
+            let path = folder.join(picture_name(path, name));
+            let png = pictures.to_png().map_err(Failure::input);
+            written = png.and_then(|png| write_output(&path, &png));
+        }
+    };
+    let costs = window_costs(scene, &options, &|| progress.advance(1), &mut seen);
     progress.finish();
     let costs = costs.map_err(|error| match error {
         RenderError::Scene(error) => Failure::input(error.in_file(path)),
         error => Failure::input(error),
     })?;
+    written?;
     if !args.json {
         print_line(format_args!(
             "{}: cpu: {}, in a window\n  {:20} {:>10} {:>7} {:>10} {:>8} {:>10} {:>10}",
@@ -316,6 +335,24 @@ fn in_window(args: &Args, path: &Path, scene: &Scene) -> Result<Value, Failure> 
     Ok(json!({
         "edits": costs.iter().map(WindowCost::to_json).collect::<Vec<_>>(),
     }))
+}
+
+/// The folder of `--pictures`, where scenes of one name would write over each other's.
+fn pictures_folder(folder: &Path, scenes: &[PathBuf]) -> Result<NewFolders, Failure> {
+    let mut names = std::collections::HashSet::new();
+    for path in scenes {
+        if !names.insert(path.file_stem()) {
+            let text = "has the name of another scene, whose pictures would be written over; give them other names";
+            return Err(Failure::file(path, text));
+        }
+    }
+    output_folder(folder)
+}
+
+/// Of the pictures of a scene after an edit of this name.
+fn picture_name(scene: &Path, edit: &str) -> String {
+    let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+    format!("{stem}.{}.png", edit.replace(' ', "-"))
 }
 
 /// A picture on a GPU that is not at hand.
