@@ -208,30 +208,32 @@ impl Convergences {
         })
     }
 
-    /// Errors over core-seconds.
+    /// Errors over core-seconds, with what paths read of the scene, and of `render --converge` with its fast picture.
     pub fn panel(&self, title: &str) -> Panel {
         let fast = self.fast_core_seconds.unwrap_or(f64::NAN);
+        let traced = self.traced_core_seconds.unwrap_or(f64::NAN);
         type Of = fn(&Point) -> Option<f64>;
-        let of = |name: &str, seconds: Of, error: Of| Series {
+        let of = |name: &str, before: f64, seconds: Of, error: Of| Series {
             name: name.to_owned(),
             mark: Mark::LinePoints,
             points: (self.points.iter())
                 .map(|point| {
                     let seconds = seconds(point).unwrap_or(f64::NAN);
-                    (fast + seconds, 100.0 * error(point).unwrap_or(f64::NAN))
+                    (before + seconds, 100.0 * error(point).unwrap_or(f64::NAN))
                 })
                 .collect(),
             ..Series::default()
         };
         let seconds: Of = |point| point.core_seconds;
         let plain_seconds: Of = |point| point.plain_core_seconds;
+        let before = fast + traced;
         let fast = Series {
             name: "fast picture".to_owned(),
             mark: Mark::Points,
             points: vec![(fast, 100.0 * self.fast_error.unwrap_or(f64::NAN))],
             ..Series::default()
         };
-        let paths = of("path tracing", plain_seconds, |point| point.plain);
+        let paths = of("path tracing", traced, plain_seconds, |point| point.plain);
         let guide = Series {
             name: "falls as n^-1/2".to_owned(),
             mark: Mark::Dashed,
@@ -246,8 +248,8 @@ impl Convergences {
                 fast,
                 guide,
                 paths,
-                of("converged", seconds, |point| point.converged),
-                of("expected by converged", seconds, |point| {
+                of("converged", before, seconds, |point| point.converged),
+                of("expected by converged", before, seconds, |point| {
                     Some(point.expected)
                 }),
             ],

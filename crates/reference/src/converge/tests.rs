@@ -2,7 +2,7 @@ use strandlight_scattering::random::SplitMix64;
 use strandlight_scene::camera::view_uniform;
 use strandlight_scene::{Picture, PreparedScene};
 
-use super::{Convergence, TILE, block_norm};
+use super::{Converged, Convergence, TILE, block_norm};
 use crate::environment::LightSampler;
 use crate::integrator::{CameraRay, Integrator, Layers};
 use crate::{Environment, Film, TracedScene};
@@ -158,6 +158,45 @@ fn noise_never_adds_more_than_it_mends() {
     }
 }
 
+/// How many tiles are off by no more than their 95 % interval, and how many there are.
+fn tiles_inside(converged: &Converged, truth: &Picture) -> [u32; 2] {
+    let [width, tile] = [SIZE[0] as usize, TILE as usize];
+    let across = width / tile;
+    let mut inside = 0;
+    for (ix, error) in converged.tile_error.iter().enumerate() {
+        let [x, y] = [ix % across * tile, ix / across * tile];
+        let places = (y..y + tile).flat_map(|y| (x..x + tile).map(move |x| y * width + x));
+        // One channel: they all have the same noise.
+        let off = places.map(|at| converged.picture.rgba[at][0] - truth.rgba[at][0]);
+        let off = off.sum::<f32>() / (tile * tile) as f32;
+        inside += u32::from(off.abs() < 1.96 * error[0]);
+    }
+    [inside, converged.tile_error.len() as u32]
+}
+
+/// Noise hides what the picture is off by: by chance it seems to be nothing, which the stated error must not believe.
+#[test]
+fn what_noise_hides_is_not_taken_for_right() {
+    let scene = crate::tests::scene();
+    let noisy = Noisy {
+        scene: &scene,
+        deviation: 3.0,
+    };
+    let [truth, fast] = pictures(&noisy, |x, y| {
+        1.0 + 0.15 * (0.2 * x).sin() * (0.17 * y).cos()
+    });
+    let mut sum = [0; 2];
+    for seed in 0..32 {
+        let mut convergence = Convergence::new(fast.clone(), &scene, seed);
+        convergence.trace(&scene, &noisy, 2);
+        let found = tiles_inside(&convergence.converged(), &truth);
+        sum = std::array::from_fn(|ix| sum[ix] + found[ix]);
+    }
+    let share = f64::from(sum[0]) / f64::from(sum[1]);
+    println!("inside {share:.3}");
+    assert!(share > 0.9, "{share}");
+}
+
 #[test]
 fn expected_errors_are_those_that_are_found() {
     let scene = crate::tests::scene();
@@ -175,20 +214,9 @@ fn expected_errors_are_those_that_are_found() {
             let converged = convergence.converged();
             found += block_error(&converged.picture, &truth);
             expected += converged.relative_error.powi(2) * block_norm(&converged.picture);
-            let [width, tile] = [SIZE[0] as usize, TILE as usize];
-            let across = width / tile;
-            for (ix, error) in converged.tile_error.iter().enumerate() {
-                let [x, y] = [ix % across * tile, ix / across * tile];
-                let places = (y..y + tile).flat_map(|y| (x..x + tile).map(move |x| y * width + x));
-                let mut off = 0.0_f32;
-                for at in places {
-                    // One channel: they all have the same noise.
-                    let difference = converged.picture.rgba[at][0] - truth.rgba[at][0];
-                    off += difference / (tile * tile) as f32;
-                }
-                inside += u32::from(off.abs() < 1.96 * error[0]);
-                n_tiles += 1;
-            }
+            let [within, all] = tiles_inside(&converged, &truth);
+            inside += within;
+            n_tiles += all;
         }
         let share = f64::from(inside) / f64::from(n_tiles);
         let ratio = (found / expected).sqrt();

@@ -39,7 +39,7 @@ use crate::error::SessionError;
 use asset_snapshot::{AssetSnapshot, PaintState};
 use errors::check_size;
 use history::{History, Step};
-use on_disk::{OnDisk, read_for, times_of};
+use on_disk::{OnDisk, read_for, text_of, times_of};
 use strandlight_scene::SceneError;
 use strandlight_scene::assets::{Assets, ModesToRead};
 use strandlight_scene::files::Files;
@@ -89,6 +89,7 @@ impl Session {
         Ok(Session {
             on_disk: OnDisk {
                 scene: scene.clone(),
+                text: text_of(path, &files).unwrap_or_default(),
                 paint_state: PaintState::default(),
                 written,
             },

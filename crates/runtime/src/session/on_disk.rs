@@ -15,10 +15,18 @@ pub(super) type FileTimes = BTreeMap<PathBuf, Option<SystemTime>>;
 #[derive(Clone, Debug)]
 pub(super) struct OnDisk {
     pub scene: Scene,
+    /// The text of its file, which may go.
+    pub text: String,
     pub paint_state: PaintState,
     /// The files that the document was read from or saved to, with the times that they had before they were read and after
     /// they were saved: what others write later is seen by another time.
     pub written: FileTimes,
+}
+
+/// The text of a scene file, nothing where it cannot be read.
+pub(super) fn text_of(path: &Path, files: &Files) -> Option<String> {
+    let bytes = files.read(path, Scene::MAX_BYTES).ok()?;
+    String::from_utf8(bytes).ok()
 }
 
 /// When `paths` were written. Asked before they are read: a file that is written while it is read is another one.

@@ -9,7 +9,7 @@ use strandlight_formats::{BakedFile, Groom, ProxySection, Scene};
 use super::asset_snapshot::{AssetSnapshot, PaintState};
 use super::errors::check_size;
 use super::history::Step;
-use super::on_disk::{FileTimes, OnDisk, times_of};
+use super::on_disk::{FileTimes, OnDisk, text_of, times_of};
 use super::{Change, Session};
 use crate::error::SessionError;
 use strandlight_scene::SceneError;
@@ -219,10 +219,10 @@ impl Session {
             }
             false => None,
         };
-        let old = self.files.read(&self.path, Scene::MAX_BYTES);
-        let old = String::from_utf8(old.unwrap_or_default()).unwrap_or_default();
+        let old = text_of(&self.path, &self.files);
+        let old = old.as_ref().unwrap_or(&self.on_disk.text);
         Ok(SavePlan {
-            text: scene.to_toml_over(&old)?,
+            text: scene.to_toml_over(old)?,
             path: path.to_owned(),
             scene,
             held,
@@ -233,11 +233,11 @@ impl Session {
     /// The document is what was written. What can be undone moves along, and keeps the new files.
     fn adopt(&mut self, plan: SavePlan, saved: &Saved) {
         let SavePlan {
+            text,
             path,
             scene,
             held,
             painted,
-            ..
         } = plan;
         for Held { from, .. } in &held {
             self.files.release(from);
@@ -288,6 +288,7 @@ impl Session {
         own.extend(is_painted.then(|| self.scene.groom_path()));
         self.on_disk = OnDisk {
             scene: self.scene.clone(),
+            text,
             paint_state: state,
             written: self.times_after_save(own, is_in_other_folder),
         };
@@ -426,6 +427,7 @@ impl Session {
         let state = self.next_paint_state();
         let after = AssetSnapshot::new(assets, state)?;
         self.on_disk.scene = scene.clone();
+        self.on_disk.text = text_of(&self.path, &self.files).unwrap_or_default();
         self.on_disk.paint_state = PaintState::of(state);
         self.on_disk.written.extend(times);
         let mut before = std::mem::replace(&mut self.snapshot, after.clone());

@@ -179,15 +179,15 @@ fn print_converge(path: &Path, has_map: bool, found: &Convergences) -> Outcome {
             reached(plain),
         ))?;
     }
-    let [plain, converged] = found.slopes();
-    let slope = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.2}"));
+    // Of one number of samples there are none.
+    let [Some(plain), Some(converged)] = found.slopes() else {
+        return Ok(());
+    };
     let gain = found.gain().map_or(String::new(), |gain| {
         format!("; paths alone take {gain:.1} times as long to the last error")
     });
     print_line(format_args!(
-        "  errors fall as n^{} and n^{}{gain}",
-        slope(plain),
-        slope(converged),
+        "  errors fall as n^{plain:.2} and n^{converged:.2}{gain}",
     ))
 }
 

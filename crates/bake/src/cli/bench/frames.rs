@@ -53,8 +53,8 @@ pub struct Args {
     /// Pictures as a window on the CPU shows them, one after the other
     #[arg(long, conflicts_with_all = ["model", "against", "samples", "table2"])]
     window: bool,
-    /// Write what the window showed after each kind of edit into this folder, a PNG each: its first new
-    /// picture, the last one, and eight times their difference
+    /// With --window: write what it showed after each kind of edit into this folder, a PNG each: its first
+    /// new picture, the last one, and eight times their difference
     #[arg(long, value_name = "DIR", requires = "window")]
     pictures: Option<PathBuf>,
     /// Estimate each picture on this GPU from what the CPU counted; nothing runs on it

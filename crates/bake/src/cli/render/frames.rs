@@ -41,6 +41,10 @@ pub fn run(args: &Args) -> Outcome {
     };
     script.check(&session).map_err(in_script)?;
     let folder = &args.output;
+    if format_of(folder).is_ok() && !folder.is_dir() {
+        let text = "has the ending of a picture, and many frames are written; name a folder";
+        return Err(Failure::file(folder, text));
+    }
     let shard = args.shard.shard;
     let mut new = output_folder(folder)?;
     if shard.is_some() {

@@ -44,6 +44,8 @@ struct Mean {
     error: [f32; 3],
     /// Noise that was let in.
     noise: [f32; 3],
+    /// Standard deviation of the error.
+    spread: [f32; 3],
 }
 
 impl Means {
@@ -102,6 +104,7 @@ impl Means {
                             for c in 0..3 {
                                 block.error[c] += share * estimate.error[c];
                                 block.noise[c] += share * estimate.noise[c];
+                                block.spread[c] += share * estimate.spread[c].sqrt();
                             }
                         }
                     }
@@ -135,7 +138,7 @@ impl Means {
                 let error = block.error[c] / n - spread;
                 total += f64::from(error);
                 // Of one block neither is known well: the noise that was let in, at least.
-                error.max(0.5 * block.noise[c] / n)
+                likely(error, block.spread[c] / n).max(0.5 * block.noise[c] / n)
             })
         });
         Errors {
@@ -146,6 +149,12 @@ impl Means {
             sum_of_zero: self.sum_of_zero,
         }
     }
+}
+
+/// About the mean of what a square may be of which `value` was found, with this standard deviation of errors: it is
+/// not negative, so more where the deviation is larger.
+fn likely(value: f32, std_dev: f32) -> f32 {
+    0.5 * (value + value.hypot(1.6 * std_dev))
 }
 
 impl Errors {

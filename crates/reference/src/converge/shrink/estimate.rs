@@ -33,6 +33,8 @@ pub(super) struct Estimate {
     pub signal: [f32; 3],
     /// How far the own part of the error may be off, all channels.
     pub doubt: f32,
+    /// Variance of what `error` says of the signal that is left.
+    pub spread: [f32; 3],
 }
 
 /// What is expected of a block.
@@ -117,6 +119,7 @@ impl Estimate {
         };
         let mut evidence = Evidence::new(around, caution);
         let mut local = around.as_bright_as(own);
+        let count = around.count.max(1.0);
         if side >= FROM_ITSELF {
             evidence = evidence.or_more(Evidence::new(own, OWN_CAUTION));
             local.noise = own.noise;
@@ -133,6 +136,8 @@ impl Estimate {
             estimate.error[c] = share * share * above.error[c] + risk;
             estimate.noise[c] = share * share * above.noise[c] + gain * gain * noise;
             estimate.signal[c] = share * share * above.signal[c] + signal;
+            let off = (1.0 - gain).powi(2) * noise * (2.0 / count).sqrt();
+            estimate.spread[c] = share.powi(4) * above.spread[c] + off * off;
             // Channels share their paths.
             estimate.doubt += (1.0 - gain).powi(2) * std::f32::consts::SQRT_2 * noise;
         }

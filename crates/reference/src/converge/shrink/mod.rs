@@ -14,7 +14,8 @@
 //! its lines do not show.
 //!
 //! The error that is left is told by Stein's estimate (1981), without knowing the truth, less what the
-//! places of the grid differ.
+//! places of the grid differ. Where noise hides the correction of a block, that estimate is as often below 0 as above:
+//! what is stated of the block is about the mean of what its error may be then.
 
 mod blocks;
 mod errors;

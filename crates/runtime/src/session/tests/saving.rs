@@ -92,6 +92,10 @@ fn a_scene_saved_elsewhere_names_the_same_files() {
     session.save().expect("written");
     let text = std::fs::read_to_string(&path).expect("read");
     assert!(text.contains("eta = 1.65 # thicker"), "{text}");
+    // Also of a file that is gone.
+    std::fs::remove_file(&path).expect("removed");
+    session.save().expect("written");
+    assert_eq!(std::fs::read_to_string(&path).expect("read"), text);
     session.undo();
     session.undo();
     assert_eq!(session.scene().hair.eta, 1.55);
