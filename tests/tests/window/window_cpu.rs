@@ -177,6 +177,33 @@ fn the_finished_picture_goes_on_to_ground_truth_on_both_renderers() {
     }
 }
 
+/// It lies over the picture, whose size and samples stay, and moves no button.
+#[test]
+fn a_message_leaves_ground_truth_as_it_is() {
+    let (desktop, scene) = (Desktop::start(), SmallScene::new());
+    let mut view = View::open(&desktop, &scene.path, &CPU);
+    view.key("g");
+    let is_traced = |events: &[Value]| truth(events).is_some_and(|(samples, _)| samples >= 8);
+    view.wait_for("8 samples", is_traced);
+    let slider = view.middle("IOR slider");
+    let broken = SmallScene::text("") + "hair = [";
+    std::fs::write(&scene.path, broken).expect("written");
+    view.wait_for_next("error", 0);
+    view.wait_for_place("Dismiss button");
+    assert_eq!(view.middle("IOR slider"), slider);
+    let before = truth(&view.events()).expect("traced").0;
+    let is_more = |events: &[Value]| truth(events).is_some_and(|(samples, _)| samples > before);
+    view.wait_for("more samples", is_more);
+    let events = view.events();
+    let lines = events.iter().filter(|event| event["event"] == "truth");
+    let samples: Vec<u64> = lines.filter_map(|line| line["samples"].as_u64()).collect();
+    assert!(samples.is_sorted(), "{samples:?}");
+    view.click(view.middle("Dismiss button"));
+    view.wait_until_gone("Dismiss button");
+    view.key("ctrl+q");
+    view.ended();
+}
+
 #[test]
 fn ground_truth_goes_to_the_map_of_the_scene_or_says_why_not() {
     let (desktop, scene) = (Desktop::start(), SmallScene::new());

@@ -15,6 +15,7 @@ use super::keys::{self, Command};
 use super::legend;
 use super::looks::{LookView, Looks};
 use super::menus::{self, MenuInput};
+use super::notices::{self, FilesAnswer};
 use super::orbit::Bounds;
 use super::panel::camera::CameraState;
 use super::panel::lights::LightsState;
@@ -190,6 +191,15 @@ pub fn show(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState) -> UiOutput {
         });
     }
     viewport(ui, input, state, (picture, is_beside), &mut output);
+    if !state.is_bare {
+        let have_changed = state.has_changed_on_disk;
+        let (error, changes) = (&mut state.error, &mut output.changes);
+        match notices::show(ui.ctx(), picture, error, have_changed, changes) {
+            Some(FilesAnswer::Reload) => output.commands.push(Command::Reload),
+            Some(FilesAnswer::KeepMine) => output.answer = Some(Answer::KeepMine),
+            None => {}
+        }
+    }
     help::show(ui.ctx(), &mut state.is_help_open);
     ask(ui, input, state, &mut output);
     if !is_escape_taken && ui.input(|input| input.key_pressed(Key::Escape)) {
@@ -227,12 +237,6 @@ fn bars(ui: &mut Ui, input: &UiInput<'_>, state: &mut UiState, output: &mut UiOu
         .resizable(false)
         .frame(frame(8))
         .show(ui, |ui| status(ui, input, state, &mut output.changes));
-    if state.error.is_some() || state.has_changed_on_disk {
-        Panel::top("notices")
-            .resizable(false)
-            .frame(frame(8).fill(egui::Color32::from_gray(44)))
-            .show(ui, |ui| notices(ui, state, output));
-    }
 }
 
 /// The picture at the place that is left for it, with what lies over it; beside the panel or not.
@@ -657,34 +661,5 @@ fn renderer(viewer: &Viewer) -> (String, String) {
             format!("The CPU draws: {reason}"),
         ),
         None => ("GPU renderer".to_owned(), viewer.renderer().name()),
-    }
-}
-
-fn notices(ui: &mut Ui, state: &mut UiState, output: &mut UiOutput) {
-    if let Some(error) = state.error.clone() {
-        ui.horizontal_wrapped(|ui| {
-            ui.label(RichText::new(error).color(theme::ERROR));
-            let dismiss = ui.button("Dismiss");
-            output.changes.place("Dismiss button", &dismiss);
-            if dismiss.clicked() {
-                state.error = None;
-            }
-        });
-    }
-    if state.has_changed_on_disk {
-        ui.horizontal_wrapped(|ui| {
-            let text = "The scene's files changed on disk. You have unsaved changes.";
-            ui.label(RichText::new(text).color(theme::WARNING));
-            let reload = ui.button("Discard my changes and reload");
-            output.changes.place("Reload button", &reload);
-            if reload.clicked() {
-                output.commands.push(Command::Reload);
-            }
-            let keep = ui.button("Keep my changes");
-            output.changes.place("Keep my changes button", &keep);
-            if keep.clicked() {
-                output.answer = Some(Answer::KeepMine);
-            }
-        });
     }
 }

@@ -34,6 +34,7 @@ mod log;
 mod looks;
 mod mask_layer;
 mod menus;
+mod notices;
 mod number;
 mod orbit;
 mod panel;
