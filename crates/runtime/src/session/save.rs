@@ -418,6 +418,10 @@ impl Session {
     /// As [`Session::open`]; nothing is changed then.
     pub fn reload(&mut self) -> Result<Change, SessionError> {
         let mut times = times_of([self.path.clone()], &self.files);
+        if self.is_put_back() {
+            self.on_disk.written.extend(times);
+            return Ok(Change::default());
+        }
         let scene = self.files.scene(&self.path)?;
         let scene = self.with_values(scene, &self.cli_overrides)?;
         times.extend(times_of(scene.file_paths(), &self.files));
@@ -450,6 +454,15 @@ impl Session {
         self.history.push("reload", step);
         self.history.close();
         Ok(Change::everything())
+    }
+
+    /// Has the scene file been written with the text that it had, and nothing else changed?
+    fn is_put_back(&self) -> bool {
+        let is_written = |path: &Path| self.on_disk.is_written_by_others(path, &self.files);
+        !self.is_modified()
+            && is_written(&self.path)
+            && !self.scene.file_paths().iter().any(|path| is_written(path))
+            && text_of(&self.path, &self.files).as_ref() == Some(&self.on_disk.text)
     }
 }
 

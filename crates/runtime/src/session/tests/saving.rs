@@ -92,6 +92,14 @@ fn a_scene_saved_elsewhere_names_the_same_files() {
     session.save().expect("written");
     let text = std::fs::read_to_string(&path).expect("read");
     assert!(text.contains("eta = 1.65 # thicker"), "{text}");
+    // Written again as it was, it is no change and no step.
+    std::fs::write(&path, &text).expect("written");
+    let later = later + std::time::Duration::from_secs(5);
+    let file = std::fs::File::options().write(true).open(&path);
+    file.expect("opened").set_modified(later).expect("set");
+    assert!(session.is_changed_on_disk());
+    assert!(session.reload().expect("readable").is_empty());
+    assert!(!session.is_changed_on_disk());
     // Also of a file that is gone.
     std::fs::remove_file(&path).expect("removed");
     session.save().expect("written");
