@@ -38,9 +38,9 @@ const NEEDS: [Need; 22] = needs! {
     max_texture_dimension_3d: 256,
     // One of ours, two of the window's.
     max_bind_groups: 2,
-    max_bindings_per_bind_group: 28,
+    max_bindings_per_bind_group: 29,
     max_dynamic_uniform_buffers_per_pipeline_layout: 1,
-    max_sampled_textures_per_shader_stage: 6,
+    max_sampled_textures_per_shader_stage: 7,
     max_samplers_per_shader_stage: 1,
     max_storage_buffers_per_shader_stage: 8,
     max_storage_textures_per_shader_stage: 1,

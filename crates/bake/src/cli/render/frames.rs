@@ -41,7 +41,8 @@ pub fn run(args: &Args) -> Outcome {
     };
     script.check(&session).map_err(in_script)?;
     let folder = &args.output;
-    if format_of(folder).is_ok() && !folder.is_dir() {
+    let is_picture = folder != Path::new("-") && format_of(folder).is_ok();
+    if is_picture && !folder.is_dir() {
         let text = "has the ending of a picture, and many frames are written; name a folder";
         return Err(Failure::file(folder, text));
     }
