@@ -30,6 +30,7 @@ mod render_files;
 mod render_flags;
 mod render_lut;
 mod scenes_command;
+mod scenes_tables;
 mod script_command;
 mod shard_command;
 mod stress_command;
