@@ -273,7 +273,7 @@ fn wrong_manifests_are_refused_with_their_place() {
         ),
         (
             "[defaults.lights]\ncount = 2000\n[[lights]]\nmap = 'sky.hdr'\nout = 'sky.lights'\n",
-            "bake.toml:3:9: lights[0].count: invalid value '2000'",
+            "bake.toml:3:9: defaults.lights.count: invalid value '2000'",
         ),
         (
             &format!("{lights}no_report = true\nreport = 'r.json'\n"),

@@ -7,6 +7,7 @@ mod import;
 mod plan;
 mod repeat;
 mod results;
+mod saturated;
 
 use std::path::{Path, PathBuf};
 

@@ -73,12 +73,12 @@ pub fn items(manifest: &Manifest, resolve: &dyn Fn(&Entry) -> Resolved) -> Resul
     let mut items = Vec::new();
     for entry in &manifest.entries {
         let parameters = resolve(entry).map_err(|(key, what)| {
-            let settings = entry.settings.iter();
-            let at = settings
-                .chain(&entry.outputs)
-                .find(|setting| setting.key == key)
-                .map_or(entry.at, |setting| setting.at);
-            manifest.error(at, format!("{}: {what}", key_path(entry, &key)))
+            let mut settings = entry.settings.iter().chain(&entry.outputs);
+            let (at, path) = match settings.find(|setting| setting.key == key) {
+                Some(setting) => (setting.at, setting.path.clone()),
+                None => (entry.at, key_path(entry, &key)),
+            };
+            manifest.error(at, format!("{path}: {what}"))
         })?;
         for input in inputs(manifest, entry)? {
             let item = item(manifest, entry, input, &parameters)?;
@@ -118,8 +118,7 @@ fn inputs(manifest: &Manifest, entry: &Entry) -> Result<Vec<Option<Match>>> {
     let Some(patterns) = &entry.inputs else {
         return Ok(vec![None]);
     };
-    let key = key_path(entry, &patterns.key);
-    let error = |what: String| manifest.error(patterns.at, format!("{key}: {what}"));
+    let error = |what: String| manifest.error(patterns.at, format!("{}: {what}", patterns.path));
     let mut all: Vec<Match> = Vec::new();
     for pattern in &patterns.values {
         let found = walk::matches(&manifest.folder, pattern).map_err(error)?;
@@ -144,8 +143,7 @@ fn item(
 ) -> Result<Item> {
     let mut outputs = Vec::new();
     for setting in &entry.outputs {
-        let key = key_path(entry, &setting.key);
-        let error = |what: String| manifest.error(setting.at, format!("{key}: {what}"));
+        let error = |what: String| manifest.error(setting.at, format!("{}: {what}", setting.path));
         let known = entry.kind.outputs.iter();
         let found = known.copied().find(|(role, _)| *role == setting.key);
         let (role, extension) = found.unwrap_or_default();

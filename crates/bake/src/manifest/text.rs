@@ -50,6 +50,8 @@ pub struct Setting {
     pub values: Vec<String>,
     /// Where the value stands, in the entry or in the defaults.
     pub at: Place,
+    /// The same as keys, for messages: `lights[0].count`, `defaults.lights.count`.
+    pub path: String,
 }
 
 /// `[[lights]]` and what is below it, with the defaults of its kind.
@@ -260,6 +262,7 @@ impl<'a> Text<'a> {
                 key: key.to_owned(),
                 values: values.ok_or_else(|| syntax_error(at, what()))?,
                 at,
+                path: format!("{name}.{key}"),
             })
         });
         settings.collect()
@@ -291,7 +294,7 @@ impl<'a> Text<'a> {
             match take(key) {
                 Some(setting) if setting.values.len() == 1 => outputs.push(setting),
                 Some(setting) => {
-                    let what = format!("{name}.{key}: must be one name");
+                    let what = format!("{}: must be one name", setting.path);
                     return Err(syntax_error(setting.at, what));
                 }
                 None if ix == 0 => return Err(missing(key)),

@@ -369,6 +369,7 @@ mod tests {
             key: key.to_owned(),
             values: vec![value.to_owned()],
             at: Default::default(),
+            path: key.to_owned(),
         };
         Entry {
             kind,

@@ -16,6 +16,7 @@ use super::args::{FitArgs, command, is_page};
 use super::html::Page;
 use super::plan::{Found, Goal, Plan};
 use super::results::{BudgetResult, HairResult, ResidualResult, Results, timings};
+use super::saturated;
 use crate::cli::{Failure, Outcome, write_output};
 
 /// What was made.
@@ -270,5 +271,6 @@ fn remarks(map: &Map) -> Vec<String> {
         .into_iter()
         .chain(source.windows.map(|windows| windows.to_string()))
         .chain(clamped)
+        .chain(saturated::remark(map))
         .collect()
 }
