@@ -118,6 +118,7 @@ modules!(
     "pass/proxy_light",
     "pass/ribbons",
     "pass/shade",
+    "pass/slices",
     "pass/strands",
     "pass/shadow_map",
     "pass/through_shares",

@@ -52,8 +52,8 @@
 // #endif
 @group(0) @binding(9) var<storage, read_write> radiance: array<vec4f>;
 // 64 bit each, low word first: points skipped; then for each term of SINGLE_COUNTER.. how many
-// products of point and light were evaluated, and how many skipped. From FIRST_SHADED on the points that are shaded,
-// where these are listed.
+// products of point and light were evaluated, and how many skipped. At N_SHADED how many points are
+// shaded, where these are listed, and from FIRST_SHADED on which.
 @group(0) @binding(10) var<storage, read_write> counters: array<atomic<u32>>;
 @group(0) @binding(11) var<uniform> axes: TableAxes;
 @group(0) @binding(12) var table_c: texture_2d<u32>;
@@ -101,7 +101,8 @@ const MAPS_PER_WORD: u32 = 4u;
 override TERMS: u32 = 7u;
 
 // Words of counters before the points that are shaded.
-const FIRST_SHADED: u32 = 20u;
+const N_SHADED: u32 = 20u;
+const FIRST_SHADED: u32 = 21u;
 
 const SINGLE_COUNTER: u32 = 1u;
 const DIRECT_LOCAL_COUNTER: u32 = 3u;
@@ -186,6 +187,14 @@ fn axis_shares_at(g: vec3f) -> AxisShares {
         vec3f(sums[0].x, sums[1].x, sums[2].x), vec3f(sums[0].y, sums[1].y, sums[2].y));
 }
 
+// Where the places of the batch end.
+fn end_place() -> u32 {
+    if batch.are_listed == 0u {
+        return batch.end_point;
+    }
+    return min(batch.end_point, atomicLoad(&counters[N_SHADED]));
+}
+
 // The point at a place of the batch.
 fn shaded_point(place: u32) -> u32 {
     if batch.are_listed == 0u {
@@ -245,7 +254,7 @@ fn sides_of(light: LightInFrame, eye: DirectionInFrame) -> vec3f {
 @compute @workgroup_size(64)
 fn shade(@builtin(global_invocation_id) id: vec3u) {
     let place = batch.first_point + id.x;
-    if place >= batch.end_point {
+    if place >= end_place() {
         return;
     }
     let point_ix = shaded_point(place);
@@ -416,7 +425,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
 @compute @workgroup_size(64)
 fn shade_narrow(@builtin(global_invocation_id) id: vec3u) {
     let place = batch.first_point + id.x;
-    if place >= batch.end_point {
+    if place >= end_place() {
         return;
     }
     let point_ix = shaded_point(place);

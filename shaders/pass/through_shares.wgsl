@@ -9,9 +9,9 @@ struct Through {
     n_maps: u32,
     // Rows of four slots.
     n_rows: u32,
-    // The points whose shares are found: all, or 1: those that are listed, so many.
+    // The points whose shares are found: all, or 1: those that are listed.
     are_listed: u32,
-    n_listed: u32,
+    pad: u32,
 }
 
 @group(0) @binding(0) var<uniform> through: Through;
@@ -27,12 +27,13 @@ struct Through {
 // [row][mode][point], eight bits a slot: those of TT are written.
 @group(0) @binding(7) var<storage, read_write> visibility: array<u32>;
 
-// As in pass/shade: from FIRST_SHADED on the points that are listed.
+// As in pass/shade: at N_SHADED how many points are listed, and from FIRST_SHADED on which.
 @group(0) @binding(8) var<storage, read> counters: array<u32>;
 
 const MAPS_PER_WORD: u32 = 4u;
 const N_PLACES: u32 = 8u;
-const FIRST_SHADED: u32 = 20u;
+const N_SHADED: u32 = 20u;
+const FIRST_SHADED: u32 = 21u;
 
 // Rows that are summed at a time.
 const N_ROWS: u32 = 4u;
@@ -44,7 +45,11 @@ fn through_shares(
     @builtin(num_workgroups) groups: vec3u,
 ) {
     let place = id.x + id.y * groups.x * 64u;
-    if place >= select(through.n_points, through.n_listed, through.are_listed == 1u) {
+    var end = through.n_points;
+    if through.are_listed == 1u {
+        end = counters[N_SHADED];
+    }
+    if place >= end {
         return;
     }
     var point_ix = place;

@@ -299,6 +299,10 @@ impl Context {
         for (flag, what) in [
             (wgpu::DownlevelFlags::COMPUTE_SHADERS, "compute shaders"),
             (
+                wgpu::DownlevelFlags::INDIRECT_EXECUTION,
+                "draws and dispatches whose size the device finds",
+            ),
+            (
                 wgpu::DownlevelFlags::VERTEX_STORAGE,
                 "buffers in vertex shaders",
             ),

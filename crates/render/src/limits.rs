@@ -10,6 +10,9 @@ pub enum Demand {
     Least,
 }
 
+/// Most groups of a row of a dispatch: WebGPU has 65,535.
+pub(crate) const MOST_GROUPS: u32 = 32_768;
+
 /// A limit of adapters: its name in WebGPU, where it is found, and what this program cannot do
 /// without.
 struct Need {
@@ -57,7 +60,7 @@ const NEEDS: [Need; 22] = needs! {
     max_compute_workgroup_size_y: 8,
     max_compute_workgroup_size_z: 1,
     // Rows of dispatches over more points than that.
-    max_compute_workgroups_per_dimension: 32_768,
+    max_compute_workgroups_per_dimension: MOST_GROUPS as u64,
 };
 
 /// Uniforms with offsets are written at multiples of this.

@@ -586,6 +586,48 @@ fn lists_are_drawn_without_waiting_for_them() {
     assert!(mean < 0.01 && most <= 2, "{mean} {most}");
 }
 
+/// One answer of the device, how much room a list takes, stands between a view and its picture: who asks again as soon as
+/// it is there gets the draft. How many points are seen, none perhaps, is known when they are shaded.
+#[test]
+fn points_are_shaded_before_anybody_knows_how_many_are_seen() {
+    let context = context();
+    let scene = wig_scene(400);
+    let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
+    renderer.draw_by_list().unwrap();
+    renderer.set_waiting(false);
+    renderer.set_size(SIZE).unwrap();
+    shown(&mut renderer);
+    let camera = scene.camera;
+    let back = camera.eye - camera.target;
+    let away = Camera {
+        target: camera.eye + back,
+        ..camera
+    };
+    let far = Camera {
+        eye: camera.target + 40.0 * back,
+        ..camera
+    };
+    let mut numbers = Vec::new();
+    for camera in [away, far, camera, away, camera] {
+        renderer.set_camera(camera);
+        for is_answered in [false, true] {
+            renderer.advance(Duration::from_secs(1)).unwrap();
+            assert_eq!(renderer.report().runs("draw") > 0, is_answered);
+            context.wait("list").unwrap();
+        }
+        let last = shown(&mut renderer);
+        let mut scene = scene.clone();
+        scene.camera = camera;
+        let (fresh, expected) = window(&context, &scene);
+        assert_eq!(difference(&last, &expected).1, 0);
+        let number = renderer.report().stats.visible_points;
+        assert_eq!(number, fresh.report().stats.visible_points);
+        numbers.push(number);
+    }
+    assert_eq!([numbers[0], numbers[3]], [0; 2]);
+    assert!(0 < numbers[1] && numbers[1] < numbers[2], "{numbers:?}");
+}
+
 /// Software devices end the loops of a pixel with very many hits: samples are drawn there.
 #[test]
 fn small_pictures_of_much_hair_are_whole() {

@@ -12,7 +12,7 @@ use strandlight_tests::project_root;
 
 /// The Rust file with the twins of a shader module's constants, where it is not the file of the
 /// same stem in [`CLOSED_FORM`].
-const TWIN_FILES: [(&str, &str); 25] = [
+const TWIN_FILES: [(&str, &str); 26] = [
     ("lib/bounce", "crates/scene/src/bounce.rs"),
     ("lib/coverage", "crates/cpu/src/list/places.rs"),
     ("lib/grid", "crates/scene/src/volume.rs"),
@@ -40,6 +40,7 @@ const TWIN_FILES: [(&str, &str); 25] = [
     ("pass/pieces", "crates/render/src/passes/pieces.rs"),
     ("pass/proxies", "crates/cpu/src/proxies.rs"),
     ("pass/shade", "crates/render/src/passes/painted.rs"),
+    ("pass/slices", "crates/render/src/passes/lighting/slices.rs"),
     ("pass/shadow_map", "crates/cpu/src/shadow_map.rs"),
     ("pass/transmittance", "crates/cpu/src/transmittance.rs"),
     (
@@ -55,7 +56,7 @@ const TWIN_FILES: [(&str, &str); 25] = [
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
 
 /// Constants whose twin stands in yet another file: module, name, file.
-const TWINS_ELSEWHERE: [(&str, &str, &str); 20] = [
+const TWINS_ELSEWHERE: [(&str, &str, &str); 23] = [
     (
         "pass/proxy_light",
         "LANES",
@@ -65,13 +66,24 @@ const TWINS_ELSEWHERE: [(&str, &str, &str); 20] = [
     (
         "pass/shade",
         "FIRST_SHADED",
-        "crates/render/src/passes/lighting.rs",
+        "crates/render/src/passes/lighting/slices.rs",
+    ),
+    (
+        "pass/shade",
+        "N_SHADED",
+        "crates/render/src/passes/lighting/slices.rs",
     ),
     (
         "pass/through_shares",
         "FIRST_SHADED",
-        "crates/render/src/passes/lighting.rs",
+        "crates/render/src/passes/lighting/slices.rs",
     ),
+    (
+        "pass/through_shares",
+        "N_SHADED",
+        "crates/render/src/passes/lighting/slices.rs",
+    ),
+    ("pass/slices", "MOST_GROUPS", "crates/render/src/limits.rs"),
     (
         "pass/listed_triangles",
         "NEXT_TO_EYE",

@@ -103,6 +103,13 @@ pub(crate) struct ShadingJob {
 }
 
 impl ShadingJob {
+    /// The list has so many points: no step shades more.
+    pub fn know_points(&mut self, n: u32) {
+        let before = self.steps.len();
+        self.steps.retain_mut(|step| step.keep_first(n));
+        self.n_steps -= before - self.steps.len();
+    }
+
     /// Are its further steps not known yet?
     pub fn awaits_list(&self) -> bool {
         self.awaited_list.is_some()

@@ -57,7 +57,7 @@ impl HairRenderer {
         if draws_by_list {
             self.take_list()?;
         } else {
-            self.lighting.shade_listed(&self.context, None);
+            self.lighting.shade_listed(&self.context, None, chunk);
             self.plan_shading();
         }
         Ok(())
@@ -181,6 +181,7 @@ impl HairRenderer {
     /// # Errors
     /// Whatever the device refuses.
     pub(crate) fn step(&mut self, chunk: u32) -> Result<Option<Stepped>, RenderError> {
+        self.take_seen();
         let Some(job) = &mut self.job else {
             return Ok(None);
         };

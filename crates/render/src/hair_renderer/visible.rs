@@ -16,13 +16,8 @@ use strandlight_scene::camera::ViewUniform;
 /// What came of drawing a view by list.
 #[derive(Clone, Copy)]
 pub(crate) enum ListDrawn {
-    /// A picture of this view, begun at `start`: the one that was asked for, or one that was asked for before and is
-    /// there only now.
-    Of {
-        view: ViewUniform,
-        is_asked: bool,
-        start: Instant,
-    },
+    /// A picture of this view: the one that was asked for, or one that was asked for before and is there only now.
+    Of { view: ViewUniform, is_asked: bool },
     /// The device has not answered yet how much there is to list, of this view or of one before.
     NotYet,
     /// The device has no room for the list. Samples need none.
@@ -35,11 +30,13 @@ impl HairRenderer {
     pub(crate) fn use_list(&mut self, is_waiting: bool) -> Result<(), RenderError> {
         if self.visible.is_none() {
             let pass = VisibilityPass::new(&self.context, &self.strands, is_waiting)?;
+            self.lighting.use_lists(&self.context)?;
             self.visible = Some(VisibleList {
                 pass,
                 listed: None,
                 making: None,
                 n_made: 0,
+                asked: (0, false),
                 has_submitted: false,
             });
         }
@@ -93,9 +90,10 @@ impl HairRenderer {
             return;
         }
         job.awaited_list = None;
-        let seen = list.seen.zip(self.visible.as_ref());
-        let Some((seen, VisibleList { pass, n_made, .. })) = seen else {
-            self.lighting.shade_listed(&self.context, None);
+        let chunk = job.chunk;
+        let visible = self.visible.as_ref().filter(|_| list.is_there);
+        let Some(VisibleList { pass, n_made, .. }) = visible else {
+            self.lighting.shade_listed(&self.context, None, chunk);
             return self.plan_shading();
         };
         // Drafts of other views have what was lit before, if that looks as it did.
@@ -104,11 +102,11 @@ impl HairRenderer {
         let before = (is_view_only && has_scale).then_some(self.front);
         (self.lighting).begin_listed(&self.context, before, 1 - self.front);
         let listed = Listed {
-            n: seen.points,
+            n: list.n_points,
             list: *n_made,
         };
         let points = Some((pass.seen_points(), listed));
-        self.lighting.shade_listed(&self.context, points);
+        (self.lighting).shade_listed(&self.context, points, chunk);
         self.plan_shading();
     }
 
@@ -117,11 +115,13 @@ impl HairRenderer {
     pub(crate) fn set_draws_by_list(&mut self, draws_by_list: bool) {
         self.draws_by_list = draws_by_list;
         let job = self.job.as_mut().filter(|_| !draws_by_list);
-        if job.is_some_and(|job| job.awaited_list.take().is_some()) {
-            self.lighting.shade_listed(&self.context, None);
+        if let Some(job) = job
+            && job.awaited_list.take().is_some()
+        {
+            (self.lighting).shade_listed(&self.context, None, job.chunk);
             self.plan_shading();
         }
-        let is_partly_lit = !draws_by_list && self.lighting.n_listed().is_some();
+        let is_partly_lit = !draws_by_list && self.lighting.listed().is_some();
         self.dirty.mark(Inputs::VIEW, is_partly_lit);
     }
 
@@ -143,8 +143,7 @@ impl HairRenderer {
     fn list(&mut self, view: &ViewUniform) -> Result<Option<ViewList>, RenderError> {
         loop {
             let Some(visible) = &mut self.visible else {
-                let (view, seen) = (*view, None);
-                return Ok(Some(ViewList { view, seen }));
+                return Ok(Some(ViewList::none(view)));
             };
             if visible.making.is_none() {
                 if let Some(listed) = visible.listed.filter(|listed| listed.is_of(view)) {
@@ -180,6 +179,8 @@ impl HairRenderer {
 
     /// The list under way, once it is there.
     fn proceed_list(&mut self) -> Result<Option<ViewList>, RenderError> {
+        // Before it answers for this list.
+        self.take_seen();
         let Some(visible) = &mut self.visible else {
             return Ok(None);
         };
@@ -188,36 +189,55 @@ impl HairRenderer {
         let made = (visible.pass).proceed(&self.context, &self.strands, proxies, || {
             clock.stamp("list")
         })?;
-        visible.has_submitted |= made == Made::Listing;
-        let (Made::Whole(seen), Some((view, start))) = (made, visible.making) else {
+        visible.has_submitted |= matches!(made, Made::Listing | Made::Listed);
+        let is_there = match made {
+            Made::NotYet | Made::Listing => return Ok(None),
+            Made::Listed | Made::Whole => true,
+            Made::NoRoom => false,
+        };
+        let Some((view, start)) = visible.making.take() else {
             return Ok(None);
         };
-        let listed = ViewList { view, seen };
-        visible.making = None;
-        visible.listed = Some(listed);
-        // A tile is not the picture.
-        if let Some(seen) = seen.filter(|_| view.extent == view.size) {
-            self.report.stats.visible_points = u64::from(seen.points);
-            self.report.stats.list_entries = u64::from(seen.entries);
+        visible.listed = Some(ViewList {
+            is_there,
+            ..ViewList::none(&view)
+        });
+        if is_there {
+            // A tile is not the picture.
+            visible.asked = (visible.n_made, view.extent == view.size);
         }
         self.report.ran("list");
         // Who does not wait hears from the pacer what it took.
         if visible.pass.is_waiting {
             self.report.took("list", start.elapsed().as_secs_f64());
         }
-        self.give_list(&listed);
-        Ok(Some(listed))
+        self.take_seen();
+        let listed = self.visible.as_ref().and_then(|visible| visible.listed);
+        if let Some(listed) = &listed {
+            self.give_list(listed);
+        }
+        Ok(listed)
     }
 
-    /// Draws `view`, lit as shown, into `sums`, one sample a pixel. Points that it shows need not have been lit if it
-    /// `may_be_draft`.
-    pub(crate) fn draw_visible(
-        &mut self,
-        view: &ViewUniform,
-        sums: &wgpu::Buffer,
-        may_be_draft: bool,
-        observer: &mut dyn FnMut(f64),
-    ) -> Result<ListDrawn, RenderError> {
+    /// Notes how much the last list shows, once the device has answered.
+    pub(crate) fn take_seen(&mut self) {
+        let seen = self.visible.as_mut().and_then(VisibleList::take_seen);
+        let Some((list, is_whole, seen)) = seen else {
+            return;
+        };
+        if is_whole {
+            self.report.stats.visible_points = u64::from(seen.points);
+            self.report.stats.list_entries = u64::from(seen.entries);
+        }
+        if self.lighting.know_listed(list, seen.points)
+            && let Some(job) = &mut self.job
+        {
+            job.know_points(seen.points);
+        }
+    }
+
+    /// The list to draw `view` from, as [`ListDrawn`] says; [`HairRenderer::draw_list`] draws it.
+    pub(crate) fn find_list(&mut self, view: &ViewUniform) -> Result<ListDrawn, RenderError> {
         let own = list_view(view);
         // What a job awaits comes first: it would never get it while the view keeps turning.
         let awaited = self.job.as_ref().and_then(|job| job.awaited_list);
@@ -225,7 +245,7 @@ impl HairRenderer {
             return Ok(ListDrawn::NotYet);
         };
         let can_be_drawn = |list: &ViewList| {
-            list.seen.is_some() && (list.view.size, list.view.extent) == (view.size, view.extent)
+            list.is_there && (list.view.size, list.view.extent) == (view.size, view.extent)
         };
         if !can_be_drawn(&list) && !list.is_of(&own) {
             let Some(next) = self.list(&own)? else {
@@ -240,19 +260,6 @@ impl HairRenderer {
                 false => ListDrawn::NotYet,
             });
         }
-        let start = Instant::now();
-        if let Some(VisibleList { pass, n_made, .. }) = &mut self.visible {
-            let is_other = self.front_list.is_some_and(|list| list != *n_made);
-            let proxies = self.lighting.shown_proxies(self.front);
-            let lit = ListedLight {
-                points: self.lighting.lit_points()[self.front],
-                even: self.ribbons.even,
-                // Without lights all are black.
-                is_draft: may_be_draft && is_other && self.lighting.lit().1 > 0,
-            };
-            let sums = (sums, self.clock.stamp("draw"));
-            pass.draw(&self.context, &self.strands, proxies, lit, sums, observer)?;
-        }
         Ok(ListDrawn::Of {
             view: ViewUniform {
                 radiance_scale: view.radiance_scale,
@@ -260,7 +267,29 @@ impl HairRenderer {
                 ..list.view
             },
             is_asked,
-            start,
         })
+    }
+
+    /// Draws the list that is there, lit as shown, into `sums`, one sample a pixel. Points that it shows need not have
+    /// been lit if it `may_be_draft`.
+    pub(crate) fn draw_list(
+        &mut self,
+        sums: &wgpu::Buffer,
+        may_be_draft: bool,
+        observer: &mut dyn FnMut(f64),
+    ) -> Result<(), RenderError> {
+        let Some(VisibleList { pass, n_made, .. }) = &mut self.visible else {
+            return Ok(());
+        };
+        let is_other = self.front_list.is_some_and(|list| list != *n_made);
+        let proxies = self.lighting.shown_proxies(self.front);
+        let lit = ListedLight {
+            points: self.lighting.lit_points()[self.front],
+            even: self.ribbons.even,
+            // Without lights all are black.
+            is_draft: may_be_draft && is_other && self.lighting.lit().1 > 0,
+        };
+        let sums = (sums, self.clock.stamp("draw"));
+        pass.draw(&self.context, &self.strands, proxies, lit, sums, observer)
     }
 }

@@ -5,6 +5,7 @@
 //! and again when one of their buffers had to grow.
 
 mod edits;
+mod slices;
 mod steps;
 
 use super::bounce::{self, BouncePass};
@@ -14,14 +15,18 @@ use super::profile;
 use super::profile::Profile;
 use super::proxies::Proxies;
 use super::resources::{
-    StrandBuffers, buffer_of, compute_with, grow, module_with, storage, submit, uniform,
+    Groups, StrandBuffers, buffer_of, compute_with, groups_of_64, grow, module_with, storage,
+    submit, uniform,
 };
 use super::shadow_map::ShadowMaps;
 use super::shadows::{Batch, Sweep};
 #[cfg(not(target_arch = "wasm32"))]
 use super::stamp::Stamp;
+use super::visibility::SeenPoints;
 use super::volume::Volume;
 use crate::gpu::Context;
+use slices::{FIRST_SHADED, N_SHADED, SlicePass};
+use std::ops::Range;
 use std::sync::Arc;
 use strandlight_formats::SrbfLight;
 #[cfg(not(target_arch = "wasm32"))]
@@ -35,15 +40,17 @@ use strandlight_scene::scene::{LightRecord, PreparedScene};
 use strandlight_scene::shadow_maps::ShadowPlan;
 use strandlight_scene::strands::Strands;
 
+pub(crate) use slices::LAYOUTS;
+
 /// Points shaded by one step by default: at most some seconds of work on a
 /// software device.
 pub(crate) const POINT_CHUNK: u32 = 1 << 15;
 
-/// Words of counters in their buffer, before the points that are shaded where these are listed.
-pub(super) const FIRST_SHADED: u32 = 20;
+/// Bytes of counters in their buffer, before the number of points that are shaded where these are listed.
+pub(crate) const COUNTER_BYTES: u64 = 4 * N_SHADED as u64;
 
-/// Bytes of these.
-pub(crate) const COUNTER_BYTES: u64 = 4 * FIRST_SHADED as u64;
+/// Bytes before these points.
+const SHADED_BYTES: u64 = 4 * FIRST_SHADED as u64;
 
 /// What a pipeline of shading is compiled for: what is not there is not in its code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -120,8 +127,8 @@ struct Lit {
 /// Points that alone are shaded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Listed {
-    /// How many.
-    pub n: u32,
+    /// How many, once the device has answered.
+    pub n: Option<u32>,
     /// Which list it is; no other has this number.
     pub list: u64,
 }
@@ -153,6 +160,10 @@ pub(crate) struct Lighting {
     /// And the points that are shaded, where these are listed.
     counters: wgpu::Buffer,
     listed: Option<Listed>,
+    /// Where lists are used.
+    slices: Option<SlicePass>,
+    /// As many points as the last list had whose number is known; all before that.
+    n_expected: u32,
     radiance: Vec<wgpu::Buffer>,
     narrow: NarrowLights,
     proxies: Option<Proxies>,
@@ -206,6 +217,8 @@ impl Lighting {
             batch: uniform(context, "batch", &batch),
             counters: storage(context, "counters", COUNTER_BYTES + 16),
             listed: None,
+            slices: None,
+            n_expected: strands.n_points,
             radiance: (0..n_radiance)
                 .map(|_| storage(context, "radiance", a_point))
                 .collect(),
@@ -265,21 +278,51 @@ impl Lighting {
         &self.counters
     }
 
-    /// Shades the points of a list in the steps to come, which it has in this buffer, or all.
-    pub fn shade_listed(&mut self, context: &Context, listed: Option<(&wgpu::Buffer, Listed)>) {
+    /// Lists of points are going to be shaded.
+    pub fn use_lists(&mut self, context: &Context) -> Result<(), RenderError> {
+        if self.slices.is_none() {
+            self.slices = Some(SlicePass::new(context)?);
+        }
+        Ok(())
+    }
+
+    /// Shades the points of a list in the steps to come, in slices of `chunk`, or all points. Nobody needs to know how
+    /// many the list has.
+    pub fn shade_listed(
+        &mut self,
+        context: &Context,
+        listed: Option<(SeenPoints, Listed)>,
+        chunk: u32,
+    ) {
         self.listed = listed.map(|(_, listed)| listed);
-        let Some((points, Listed { n, .. })) = listed.filter(|(_, listed)| listed.n > 0) else {
+        let Some((seen, Listed { n, .. })) = listed else {
             return;
         };
-        let bytes = COUNTER_BYTES + 4 * u64::from(self.n_points);
+        let bytes = SHADED_BYTES + 4 * u64::from(self.n_points);
         if grow(context, &mut self.counters, bytes) {
             self.forget_groups();
         }
         let counters = &self.counters;
         submit(context, |encoder| {
-            let bytes = 4 * u64::from(n);
-            encoder.copy_buffer_to_buffer(points, 0, counters, COUNTER_BYTES, bytes);
+            let bytes = 4 * u64::from(n.unwrap_or(self.n_points));
+            encoder.copy_buffer_to_buffer(seen.number, 0, counters, COUNTER_BYTES, 4);
+            encoder.copy_buffer_to_buffer(seen.points, 0, counters, SHADED_BYTES, bytes);
         });
+        if let (None, Some(slices)) = (n, &mut self.slices) {
+            slices.find(context, &self.counters, self.n_points, chunk);
+        }
+    }
+
+    /// The device has answered how many points a list has. Answers whether it is the one whose points are shaded.
+    pub fn know_listed(&mut self, list: u64, n: u32) -> bool {
+        self.n_expected = n;
+        match &mut self.listed {
+            Some(listed) if listed.list == list => {
+                listed.n = Some(n);
+                true
+            }
+            _ => false,
+        }
     }
 
     /// Has the points that the steps to come do not shade into the buffer `into` look as in the buffer `before`, or
@@ -304,9 +347,22 @@ impl Lighting {
         self.listed
     }
 
-    /// How many that are.
+    /// How many that are at most.
     pub fn n_listed(&self) -> Option<u32> {
-        self.listed.map(|listed| listed.n)
+        self.listed.map(|listed| listed.n.unwrap_or(self.n_points))
+    }
+
+    /// Is it not known yet how many that are?
+    fn is_blind(&self) -> bool {
+        self.listed.is_some_and(|listed| listed.n.is_none())
+    }
+
+    /// Groups of 64 for a step that shades these points.
+    fn groups_of(&self, points: &Range<u32>) -> Groups<'_> {
+        match self.slices.as_ref().filter(|_| self.is_blind()) {
+            Some(slices) => slices.of_slice(points),
+            None => Groups::Known(groups_of_64(points.end - points.start)),
+        }
     }
 
     /// Batches that shading ran over, each of which counted all points.

@@ -55,6 +55,7 @@ pub(crate) fn layouts() -> Vec<Layout> {
         pieces::LAYOUTS,
         preview::LAYOUTS,
         noise::LAYOUTS,
+        lighting::LAYOUTS,
         screen::LAYOUTS,
         shadow_map::LAYOUTS,
         shadows::LAYOUTS,

@@ -1,7 +1,7 @@
 //! Narrow lights: single scattering of them along segments, see `shaders/lib/along_segments.wgsl`.
 
 use super::resources::{
-    bind, buffer_of, compute_pass, compute_with, groups_of_64, step, storage, submit, write,
+    Groups, bind, buffer_of, compute_pass, compute_with, step_over, storage, submit, write,
 };
 use super::stamp::Stamp;
 use crate::gpu::Context;
@@ -109,12 +109,11 @@ impl NarrowPass {
         }
     }
 
-    /// Shades the segments about `n_points` points.
-    pub fn run(&self, context: &Context, n_points: u32, into: usize, stamp: Stamp) {
+    /// Shades the segments about points, by so many groups of 64.
+    pub fn run(&self, context: &Context, groups: Groups, into: usize, stamp: Stamp) {
         submit(context, |encoder| {
             let mut pass = compute_pass(context, encoder, stamp);
-            let groups = groups_of_64(n_points);
-            step(&mut pass, &self.pipeline, &self.groups[into], groups);
+            step_over(&mut pass, &self.pipeline, &self.groups[into], groups);
         });
     }
 }

@@ -4,6 +4,7 @@ use wgpu::util::DeviceExt;
 
 use super::stamp::Stamp;
 use crate::gpu::{Context, GpuError, ResourceCounters, cause_of};
+use crate::limits::MOST_GROUPS;
 use strandlight_scene::RenderError;
 use strandlight_scene::strands::Strands;
 use strandlight_shaders as shaders;
@@ -292,7 +293,7 @@ pub(crate) fn compute_pass<'e>(
     }
 }
 
-/// A pass whose workgroups are counted.
+/// A pass whose workgroups are counted, as far as the host knows them.
 pub(crate) struct ComputePass<'e> {
     pass: wgpu::ComputePass<'e>,
     counters: &'e ResourceCounters,
@@ -326,6 +327,32 @@ pub(crate) fn step(
     pass.dispatch(groups);
 }
 
+/// Workgroups of a dispatch.
+#[derive(Clone, Copy)]
+pub(crate) enum Groups<'a> {
+    /// So many.
+    Known([u32; 2]),
+    /// As many as the device has written into this buffer, from this byte on.
+    Written(&'a wgpu::Buffer, u64),
+}
+
+/// [`step`] with workgroups whose number the device may have found.
+pub(crate) fn step_over(
+    pass: &mut ComputePass,
+    pipeline: &wgpu::ComputePipeline,
+    group: &wgpu::BindGroup,
+    groups: Groups,
+) {
+    match groups {
+        Groups::Known(groups) => step(pass, pipeline, group, groups),
+        Groups::Written(arguments, offset) => {
+            pass.set_pipeline(pipeline);
+            pass.set_group(group, &[]);
+            pass.pass.dispatch_workgroups_indirect(arguments, offset);
+        }
+    }
+}
+
 /// Records one dispatch.
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) fn dispatch(
@@ -342,7 +369,7 @@ pub(crate) fn dispatch(
 /// Groups of 64 threads for `n`; more than one dimension takes go into the second.
 pub(crate) fn groups_of_64(n: u32) -> [u32; 2] {
     let groups = n.div_ceil(64);
-    let rows = groups.div_ceil(32_768).max(1);
+    let rows = groups.div_ceil(MOST_GROUPS).max(1);
     [groups.div_ceil(rows), rows]
 }
 

@@ -2,8 +2,8 @@
 
 use super::proxies::Blocker;
 use super::resources::{
-    StrandBuffers, bind, compute, compute_pass, groups_of_64, grow, module_with, shader, step,
-    storage, submit, uniform,
+    Groups, StrandBuffers, bind, compute, compute_pass, groups_of_64, grow, module_with, shader,
+    step, step_over, storage, submit, uniform,
 };
 use super::stamp::Stamp;
 use crate::gpu::Context;
@@ -19,12 +19,12 @@ struct Through {
     n_maps: u32,
     n_rows: u32,
     are_listed: u32,
-    n_listed: u32,
+    pad: u32,
 }
 
 strandlight_scattering::mirrors! {
     Through as "Through" in "pass/through_shares" {
-        eye, n_points, n_maps, n_rows, are_listed, n_listed,
+        eye, n_points, n_maps, n_rows, are_listed, pad,
     }
 }
 
@@ -195,14 +195,15 @@ impl ShadowMaps {
     }
 
     /// Finds TT's shares for an eye that looks along `forward`, once all maps of a plan that there is
-    /// room for are drawn: at all points of `strands`, or at the first so many that are listed after `counters`.
+    /// room for are drawn: at all points of `strands`, or at those that are listed after
+    /// `counters`, with so many groups.
     pub fn share(
         &mut self,
         context: &Context,
         plan: &ShadowPlan,
         (eye, forward): ([f32; 3], [f32; 3]),
         strands: &StrandBuffers,
-        (counters, n_listed): (&wgpu::Buffer, Option<u32>),
+        (counters, listed): (&wgpu::Buffer, Option<Groups>),
         stamp: Stamp,
     ) {
         let mixture = plan.mixture(forward);
@@ -223,8 +224,8 @@ impl ShadowMaps {
             n_points: self.n_points,
             n_maps: n_maps as u32,
             n_rows: n_rows(plan) as u32,
-            are_listed: u32::from(n_listed.is_some()),
-            n_listed: n_listed.unwrap_or(0),
+            are_listed: u32::from(listed.is_some()),
+            pad: 0,
         };
         context.write(&self.through, 0, bytemuck::bytes_of(&through));
         context.write(&self.towards, 0, bytemuck::cast_slice(&towards));
@@ -237,10 +238,10 @@ impl ShadowMaps {
         let Some((_, group)) = &self.share_group else {
             return;
         };
-        let n = n_listed.unwrap_or(self.n_points);
         submit(context, |encoder| {
             let mut pass = compute_pass(context, encoder, stamp);
-            step(&mut pass, &self.share, group, groups_of_64(n));
+            let groups = listed.unwrap_or(Groups::Known(groups_of_64(self.n_points)));
+            step_over(&mut pass, &self.share, group, groups);
         });
     }
 

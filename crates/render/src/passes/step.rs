@@ -30,6 +30,27 @@ pub(crate) enum Step {
 }
 
 impl Step {
+    /// The points that it shades, in the list of these if there is one.
+    pub fn points(&self) -> Option<&Range<u32>> {
+        match self {
+            Step::Shade { points, .. } | Step::Narrow { points } | Step::ShadeBounce { points } => {
+                Some(points)
+            }
+            _ => None,
+        }
+    }
+
+    /// Leaves out what lies beyond the first `n` points. Answers whether anything is left to do.
+    pub fn keep_first(&mut self, n: u32) -> bool {
+        match self {
+            Step::Shade { points, .. } | Step::Narrow { points } | Step::ShadeBounce { points } => {
+                points.end = points.end.min(n);
+                points.start < points.end
+            }
+            _ => true,
+        }
+    }
+
     /// The stage it counts for.
     pub fn stage(&self) -> &'static str {
         match self {

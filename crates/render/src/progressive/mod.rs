@@ -15,9 +15,9 @@
 //!
 //! [`ProgressiveRenderer::draw_by_list`] has a visibility list take the place of samples: it is made once for a view,
 //! only its points are lit, and every cycle draws it once. A draft of another view is drawn by a list of its own; points
-//! of it that were not lit are left out. A list takes the device two answers; who does not wait goes on with shadow maps
-//! meanwhile, and draws a view that has been left by then all the same, so that there is something to see of a view that
-//! keeps turning.
+//! of it that were not lit are left out. A list takes the device an answer, two where it has several bands; who does not
+//! wait goes on with shadow maps meanwhile, and draws a view that has been left by then all the same, so that there is
+//! something to see of a view that keeps turning.
 //!
 //! Which stages an edit makes stale stands in [`STAGES`](crate::invalidation::STAGES).
 //!

@@ -18,6 +18,7 @@ impl ProgressiveRenderer {
             self.flush()?;
         }
         self.hair.begin(DirtyFlags::default(), false, chunk)?;
+        self.submitted_list()?;
         self.has_begun();
         Ok(())
     }
@@ -61,7 +62,9 @@ impl ProgressiveRenderer {
     /// Takes the next step of the job, or ends it.
     pub(super) fn light(&mut self) -> Result<(), RenderError> {
         let chunk = self.chunk();
-        match self.hair.step(chunk)? {
+        let stepped = self.hair.step(chunk)?;
+        self.submitted_list()?;
+        match stepped {
             None => Ok(()),
             Some(Stepped::AwaitsList) => {
                 self.is_listing = true;

@@ -321,6 +321,7 @@ impl ProgressiveRenderer {
         let target = target.ok_or(FrameError::Size { width, height })?;
         let pixels = read_back(&self.hair.context, "picture", target.picture())?;
         self.take_counters();
+        self.hair.take_seen();
         Ok(pixels)
     }
 

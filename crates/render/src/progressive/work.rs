@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use web_time::Instant;
+
 use super::{Drawn, PictureProgress, ProgressiveRenderer, pace};
 use crate::hair_renderer::{DirtyFlags, ListDrawn};
 use crate::invalidation::Inputs;
@@ -50,6 +52,7 @@ impl ProgressiveRenderer {
             self.hair.set_draws_by_list(self.is_by_list());
         }
         self.take_counters();
+        self.hair.take_seen();
         self.noise.take();
         let report = &mut self.hair.report;
         self.hair.clock.take(|name, ms| report.measured(name, ms));
@@ -68,9 +71,6 @@ impl ProgressiveRenderer {
                 // A turn has light besides a picture by list, or a view that turns would never be lit.
                 is_first = (is_small || matches!(work, Work::Resolve)) && is_first;
                 self.work(&work)?;
-                if self.hair.has_submitted_list() && !self.pacer.is_waiting() {
-                    self.submitted_only("list")?;
-                }
             }
             let is_finished = self.picture.passes >= self.n_passes();
             if self.picture.shown < self.picture.passes && (is_finished || !self.is_still) {
@@ -78,6 +78,7 @@ impl ProgressiveRenderer {
             }
             self.hair.clock.start_reading(&self.hair.context);
             self.flush()?;
+            self.hair.take_seen();
         }
         self.hair.report.counts = self.hair.context.counts().since(self.hair.counts_before);
         Ok(self.progress())
@@ -286,16 +287,18 @@ impl ProgressiveRenderer {
         self.submitted("display", 1.0)
     }
 
-    /// Tells the pacer alone of a run of `stage`, which the report has.
-    fn submitted_only(&mut self, stage: &'static str) -> Result<(), RenderError> {
+    /// Tells the pacer of what was submitted for a list, whose run the report has. To be called before anything else is
+    /// submitted, whose time that would be.
+    pub(super) fn submitted_list(&mut self) -> Result<(), RenderError> {
+        if !self.hair.has_submitted_list() {
+            return Ok(());
+        }
         let report = &mut self.hair.report;
         let took = |(name, _, _, seconds): pace::Finished| report.took(name, seconds);
-        self.pacer.submitted(&self.hair.context, stage, 1.0, took)
+        self.pacer.submitted(&self.hair.context, "list", 1.0, took)
     }
 
-    /// Draws the sums of the target from the visibility list, as [`HairRenderer::draw_visible`] does.
-    ///
-    /// [`HairRenderer::draw_visible`]: crate::HairRenderer::draw_visible
+    /// Draws the sums of the target from the visibility list, if one is there.
     pub(super) fn resolve(
         &mut self,
         may_be_draft: bool,
@@ -305,10 +308,11 @@ impl ProgressiveRenderer {
             return Ok(ListDrawn::NoRoom);
         };
         let (view, sums) = (self.drawn_view(), target.sums().clone());
-        let drawn = self
-            .hair
-            .draw_visible(&view, &sums, may_be_draft, observer)?;
-        if let ListDrawn::Of { view, start, .. } = drawn {
+        let drawn = self.hair.find_list(&view)?;
+        self.submitted_list()?;
+        if let ListDrawn::Of { view, .. } = drawn {
+            let start = Instant::now();
+            self.hair.draw_list(&sums, may_be_draft, observer)?;
             self.hair.ribbons.set_view(&self.hair.context, &view);
             self.pacer.began(start);
             self.submitted("draw", 1.0)?;

@@ -4,11 +4,14 @@ use super::super::meshes::Light;
 use super::super::narrow::NarrowPass;
 use super::super::preview;
 use super::super::preview::Drafted;
-use super::super::resources::{StrandBuffers, bind, compute_pass, groups_of_64, step, submit};
+use super::super::resources::{
+    Groups, StrandBuffers, bind, compute_pass, groups_of_64, step_over, submit,
+};
 use super::super::shadows::Batch;
 use super::super::stamp::Stamp;
 use super::super::step::Step;
 use super::super::volume::Volume;
+use super::slices::slices;
 use super::{COUNTER_BYTES, Lighting, Lit, ThroughShares};
 use crate::gpu::Context;
 use std::ops::Range;
@@ -93,24 +96,30 @@ impl Lighting {
     /// How much a step is of its stage's work: maps, sweeps of a light, products of points and
     /// lights.
     pub fn units(&self, step: &Step) -> f64 {
+        let n = step.points().map_or(0.0, |points| self.n_of(points));
         match step {
             Step::Map(_) | Step::Through { .. } | Step::Tables => 1.0,
             Step::Sweep { batch, .. } => {
                 let n = self.n_lights.saturating_sub(batch * LIGHT_BATCH);
                 n.clamp(1, LIGHT_BATCH) as f64
             }
-            Step::Shade { batch, points } => {
-                f64::from(points.end - points.start) * f64::from(self.batches[*batch].n.max(1))
-            }
-            Step::Narrow { points } => {
-                f64::from(points.end - points.start) * 3.0 * f64::from(self.narrow.n())
-            }
+            Step::Shade { batch, .. } => n * f64::from(self.batches[*batch].n.max(1)),
+            Step::Narrow { .. } => n * 3.0 * f64::from(self.narrow.n()),
             Step::Proxies { batch } => f64::from(self.batches[*batch].n.max(1)),
             // As much as so many lights.
             Step::Interreflection => N_ROUNDS as f64,
             Step::Bounce => 1.0,
-            Step::ShadeBounce { points } => f64::from(points.end - points.start) * N_LOBES as f64,
+            Step::ShadeBounce { .. } => n * N_LOBES as f64,
         }
+    }
+
+    /// About how many points of the list, or of all, these are.
+    fn n_of(&self, points: &Range<u32>) -> f64 {
+        let mut end = points.end;
+        if self.is_blind() && self.n_expected > points.start {
+            end = end.min(self.n_expected);
+        }
+        f64::from(end - points.start)
     }
 
     /// What lights all points, at most `chunk` at a time, after [`Lighting::begin`].
@@ -144,12 +153,9 @@ impl Lighting {
         steps
     }
 
-    /// The points that are shaded, at most `chunk` at a time.
+    /// The points that are shaded, at most `chunk` at a time; of a list whose number is not known as many as there may be.
     fn chunks(&self, chunk: u32) -> impl Iterator<Item = Range<u32>> + use<> {
-        let n = self.n_listed().unwrap_or(self.n_points);
-        let chunk = chunk.max(64);
-        let firsts = (0..n).step_by(chunk as usize);
-        firsts.map(move |first| first..(first + chunk).min(n))
+        slices(self.n_listed().unwrap_or(self.n_points), chunk)
     }
 
     pub(super) fn sweeps_of(&self, batch: usize) -> impl Iterator<Item = Step> + use<> {
@@ -210,8 +216,11 @@ impl Lighting {
                 self.maps.draw(context, view, stamp);
             }
             Step::Through { eye, forward } => {
-                let n_listed = self.listed.map(|listed| listed.n);
-                let listed = (&self.counters, n_listed);
+                let groups = self.listed.map(|listed| match (listed.n, &self.slices) {
+                    (None, Some(slices)) => slices.of_all(),
+                    (n, _) => Groups::Known(groups_of_64(n.unwrap_or(self.n_points))),
+                });
+                let listed = (&self.counters, groups);
                 let sight = (*eye, *forward);
                 (self.maps).share(context, &self.plan, sight, strands, listed, stamp);
             }
@@ -228,10 +237,10 @@ impl Lighting {
                 let Some((_, group)) = found else {
                     return;
                 };
-                let [x, y] = groups_of_64(points.end - points.start);
+                let groups = self.groups_of(points);
                 submit(context, |encoder| {
                     let mut pass = compute_pass(context, encoder, stamp);
-                    step(&mut pass, &shade.pipeline, group, [x, y]);
+                    step_over(&mut pass, &shade.pipeline, group, groups);
                 });
             }
             Step::Narrow { points } => {
@@ -246,7 +255,7 @@ impl Lighting {
                 let Some(narrow) = &self.shades[self.current].narrow else {
                     return;
                 };
-                narrow.run(context, points.end - points.start, into, stamp);
+                narrow.run(context, self.groups_of(points), into, stamp);
             }
             Step::Proxies { batch } => {
                 let Some(proxies) = &self.proxies else {
@@ -320,12 +329,7 @@ impl Lighting {
         let group = bind(context, &pipeline.get_bind_group_layout(0), &resources);
         submit(context, |encoder| {
             let mut pass = compute_pass(context, encoder, stamp);
-            step(
-                &mut pass,
-                pipeline,
-                &group,
-                groups_of_64(points.end - points.start),
-            );
+            step_over(&mut pass, pipeline, &group, self.groups_of(&points));
         });
     }
 

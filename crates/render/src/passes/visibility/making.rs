@@ -9,7 +9,7 @@ use super::super::stamp::Stamp;
 use super::bands::{bands, hits_of};
 use super::buffers::{Buffers, HIT_BYTES, TOTALS_BYTES, limit, n_seen_words};
 use super::pipelines::{Pipelines, group, groups};
-use super::{Asked, Made, Seen, ShownProxies, Use, VisibilityPass};
+use super::{Asked, Made, ShownProxies, Use, VisibilityPass};
 use crate::gpu::Context;
 use strandlight_scene::RenderError;
 use strandlight_scene::camera::ViewUniform;
@@ -57,30 +57,14 @@ impl VisibilityPass {
         proxies: Option<ShownProxies>,
         stamp: impl FnOnce() -> Stamp,
     ) -> Result<Made, RenderError> {
-        let asked = self.asked;
-        if asked == Asked::Nothing {
-            return Ok(Made::Whole(None));
+        match self.asked {
+            Asked::Nothing => return Ok(Made::NoRoom),
+            Asked::Rows => {}
+            Asked::Seen => return self.keep(context, strands, proxies, stamp),
         }
         let Some(numbers) = self.answer.take::<u32>() else {
-            if self.answer.is_idle() {
-                // It was lost on its way, which the context has the reason of.
-                self.forget();
-                context.check("visibility list").map_err(failed)?;
-                return Ok(Made::Whole(None));
-            }
-            return Ok(Made::NotYet);
+            return self.unanswered(context, self.answer.is_idle());
         };
-        if asked == Asked::Seen {
-            self.asked = Asked::Nothing;
-            let [points, entries] = [numbers[0], numbers[1]];
-            let room = self.buffers.entries.size() / HIT_BYTES;
-            self.is_kept = self.keeps() && u64::from(entries) <= room;
-            if self.keeps() && !self.is_kept && self.make_room_to_keep(context, entries) {
-                self.list_bands(context, strands, proxies, stamp())?;
-                return Ok(Made::Listing);
-            }
-            return Ok(Made::Whole(Some(Seen { points, entries })));
-        }
         let height = self.extent[1] as usize;
         let meshes = proxies.and_then(|proxies| proxies.meshes);
         let has_room = self.make_room(context, &numbers[..height])
@@ -90,10 +74,48 @@ impl VisibilityPass {
             });
         if !has_room {
             self.forget();
-            return Ok(Made::Whole(None));
+            return Ok(Made::NoRoom);
         }
         self.list_bands(context, strands, proxies, stamp())?;
-        Ok(Made::Listing)
+        if self.keeps() {
+            return Ok(Made::Listing);
+        }
+        (self.asked, self.is_counted) = (Asked::Nothing, true);
+        Ok(Made::Listed)
+    }
+
+    /// Keeps the entries of all bands if there is room, once the device has answered how many there are; where there was
+    /// too little, lists them again.
+    fn keep(
+        &mut self,
+        context: &Context,
+        strands: &StrandBuffers,
+        proxies: Option<ShownProxies>,
+        stamp: impl FnOnce() -> Stamp,
+    ) -> Result<Made, RenderError> {
+        let Some(seen) = self.take_counted() else {
+            return self.unanswered(context, self.counted.is_idle());
+        };
+        let room = self.buffers.entries.size() / HIT_BYTES;
+        self.is_kept = u64::from(seen.entries) <= room;
+        if !self.is_kept && self.make_room_to_keep(context, seen.entries) {
+            self.list_bands(context, strands, proxies, stamp())?;
+            return Ok(Made::Listing);
+        }
+        self.asked = Asked::Nothing;
+        self.seen = Some(seen);
+        Ok(Made::Whole)
+    }
+
+    /// What is made while an answer is awaited that is not there, or that `is_lost` on its way.
+    fn unanswered(&mut self, context: &Context, is_lost: bool) -> Result<Made, RenderError> {
+        if !is_lost {
+            return Ok(Made::NotYet);
+        }
+        self.forget();
+        // It has the reason.
+        context.check("visibility list").map_err(failed)?;
+        Ok(Made::NoRoom)
     }
 
     /// Makes the lists of all bands, and has the device answer how much is seen.
@@ -116,6 +138,7 @@ impl VisibilityPass {
             self.list_band(context, strands, proxies, ix, self.keeps(), stamp)?;
         }
         self.list_seen(context, stamp.last());
+        (self.seen, self.is_counted) = (None, false);
         self.ask(context, Asked::Seen);
         Ok(())
     }
@@ -147,15 +170,15 @@ impl VisibilityPass {
     fn ask(&mut self, context: &Context, asked: Asked) {
         let Buffers { rows, totals, .. } = &self.buffers;
         let of_rows = 2 * 4 * u64::from(self.extent[1]);
-        let (from, bytes) = match asked {
-            Asked::Rows => (rows, of_rows + TOTALS_BYTES),
-            Asked::Seen | Asked::Nothing => (totals, TOTALS_BYTES),
+        let (from, bytes, answer) = match asked {
+            Asked::Rows => (rows, of_rows + TOTALS_BYTES, &mut self.answer),
+            Asked::Seen | Asked::Nothing => (totals, TOTALS_BYTES, &mut self.counted),
         };
         // An answer that nobody took may still be on its way.
-        if !self.answer.has_room(bytes) {
-            self.answer = Readback::new(context, bytes);
+        if !answer.has_room(bytes) {
+            *answer = Readback::new(context, bytes);
         }
-        self.answer.send(context, from, bytes, |encoder| {
+        answer.send(context, from, bytes, |encoder| {
             if asked == Asked::Rows {
                 encoder.copy_buffer_to_buffer(totals, 0, rows, of_rows, TOTALS_BYTES);
             }

@@ -2,7 +2,9 @@
 //! radiance. See `shaders/pass/visibility.wgsl`, and `listed_pixels.wgsl`, `listed_triangles.wgsl` and `listed_picture.wgsl` beside it.
 //!
 //! How much room a list takes is known when the device has counted: [`VisibilityPass::begin`] has it count, and
-//! [`VisibilityPass::proceed`] goes on with what has been answered. Nobody waits but who wants to.
+//! [`VisibilityPass::proceed`] goes on with what has been answered. Nobody waits but who wants to. How much is seen is
+//! answered later, [`VisibilityPass::take_seen`]: nobody waits for that, but where room for the entries of several bands
+//! depends on it.
 
 mod bands;
 mod buffers;
@@ -56,10 +58,23 @@ pub(crate) struct Seen {
 pub(crate) enum Made {
     /// The device has not answered yet.
     NotYet,
-    /// It has, and lists now.
+    /// It has, and lists now; another answer has to come.
     Listing,
-    /// It is there; [`None`] if the device has no room for it, and nothing can be drawn.
-    Whole(Option<Seen>),
+    /// It has, and lists now: what is submitted from here on finds the list.
+    Listed,
+    /// The list is there.
+    Whole,
+    /// The device has no room for it, and nothing can be drawn.
+    NoRoom,
+}
+
+/// The points that a list shows, on the device.
+#[derive(Clone, Copy)]
+pub(crate) struct SeenPoints<'a> {
+    /// In order.
+    pub points: &'a wgpu::Buffer,
+    /// How many, in its first word.
+    pub number: &'a wgpu::Buffer,
 }
 
 /// The light in which a list is drawn.
@@ -114,6 +129,12 @@ pub(crate) struct VisibilityPass {
     is_kept: bool,
     asked: Asked,
     answer: Readback,
+    /// How much is seen.
+    counted: Readback,
+    /// That is of a list which is there, not of one that was given up.
+    is_counted: bool,
+    /// It, once answered, until it is taken.
+    seen: Option<Seen>,
 }
 
 impl VisibilityPass {
@@ -140,12 +161,35 @@ impl VisibilityPass {
             is_kept: false,
             asked: Asked::Nothing,
             answer: Readback::new(context, TOTALS_BYTES),
+            counted: Readback::new(context, TOTALS_BYTES),
+            is_counted: false,
+            seen: None,
         })
     }
 
-    /// The points that the last list shows, [`Seen::points`] of them.
-    pub fn seen_points(&self) -> &wgpu::Buffer {
-        &self.buffers.seen_points
+    /// The points that the last list shows.
+    pub fn seen_points(&self) -> SeenPoints<'_> {
+        SeenPoints {
+            points: &self.buffers.seen_points,
+            number: &self.buffers.totals,
+        }
+    }
+
+    /// How much the last list shows that was [`Made::Listed`] or [`Made::Whole`], once, when the device has answered.
+    pub fn take_seen(&mut self) -> Option<Seen> {
+        if self.asked == Asked::Seen {
+            return None;
+        }
+        self.seen.take().or_else(|| {
+            let counted = self.take_counted();
+            counted.filter(|_| self.is_counted)
+        })
+    }
+
+    fn take_counted(&mut self) -> Option<Seen> {
+        let numbers = self.counted.take::<[u32; 2]>()?;
+        let [points, entries] = *numbers.first()?;
+        Some(Seen { points, entries })
     }
 
     /// Bytes on the device.

@@ -3,6 +3,7 @@
 use super::super::meshes;
 use super::super::resources::{bind, compute, module_with};
 use crate::gpu::Context;
+use crate::limits::MOST_GROUPS;
 use strandlight_scene::RenderError;
 
 /// Threads of a group that goes through segments, triangles or a row.
@@ -66,7 +67,7 @@ impl Kind {
 /// Groups of [`GROUP`] threads for `n`; more than one dimension takes go into the second.
 pub(super) fn groups(n: u32) -> [u32; 2] {
     let groups = n.div_ceil(GROUP);
-    let rows = groups.div_ceil(32_768).max(1);
+    let rows = groups.div_ceil(MOST_GROUPS).max(1);
     [groups.div_ceil(rows), rows]
 }
 
