@@ -1,9 +1,8 @@
-//! `strandlight bench` of whole pictures: what `frames`, `peers` and `growth` write.
+//! `strandlight bench` of whole pictures: what `frames` and `growth` write.
 
 use std::path::Path;
 
 use serde_json::Value;
-use strandlight_formats::SrbfLight;
 use strandlight_tests::scenes::{curtain, key_and_sky, write_small_scene};
 use strandlight_tests::{assert_done, assert_refused, strandlight};
 
@@ -233,106 +232,6 @@ fn pictures_are_measured_on_the_cpu() {
         &mut bench(&["--backend", "gpu", "--window"]),
         &["--window", "--backend"],
     );
-}
-
-/// Brute force beside the picture of a scene: what was measured, and that the rest follows from it.
-#[test]
-fn pictures_are_compared_with_brute_force() {
-    let folder = tempfile::tempdir().unwrap();
-    let groom = curtain(30, 5, 0.1, 0.0);
-    let scene = write_small_scene(folder.path(), &groom, key_and_sky(), |_| ());
-    let bench = |extra: &[&str]| {
-        let mut command = strandlight();
-        command.args(["bench", "peers", "--size", "48x32", "--repetitions", "1"]);
-        command
-            .args(["--truth-samples", "256"])
-            .args(extra)
-            .arg(&scene);
-        command
-    };
-    let samples = ["--samples", "1,16,64"];
-    let document = |extra: &[&str]| -> Value {
-        let text = assert_done(bench(extra).args(samples).arg("--json"));
-        serde_json::from_str(&text).unwrap()
-    };
-    let found = document(&[]);
-    let path = scene.display().to_string();
-    assert_eq!(found["truth_samples"], 256);
-    let found = &found["scenes"][0];
-    assert_eq!(found["scene"], path);
-    assert_eq!(found["size"], serde_json::json!([48, 32]));
-    assert_eq!(
-        (&found["strands"], &found["lights"]),
-        (&30.into(), &2.into())
-    );
-    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{found}"));
-
-    let brute = &found["brute_force"];
-    assert_eq!(brute["rays"], 24);
-    let measured = brute["measured"].as_array().unwrap();
-    let errors: Vec<f64> = measured
-        .iter()
-        .map(|p| number(&p["relative_rmse"]))
-        .collect();
-    let counts: Vec<&Value> = measured.iter().map(|point| &point["samples"]).collect();
-    assert_eq!(counts, [1, 16, 64]);
-    // Independent samples: a quarter of the error with 16 times as many, then half of it.
-    let falls = |a: f64, b: f64, by: f64| (a / b / by - 1.0).abs() < 0.3;
-    assert!(falls(errors[0], errors[1], 4.0), "{errors:?}");
-    assert!(falls(errors[1], errors[2], 2.0), "{errors:?}");
-    assert!((number(&brute["exponent"]) + 0.5).abs() < 0.08, "{brute}");
-    let of_one = number(&brute["relative_rmse_of_one_sample"]);
-    assert!((of_one / errors[0] - 1.0).abs() < 0.3, "{brute}");
-    // The closed form is right to some percent in thin hair.
-    let error = number(&found["ours"]["relative_rmse"]);
-    assert!(error > 0.0 && error < 0.2, "{found}");
-    let expected = (of_one / error).powi(2);
-    assert!((number(&brute["samples"]) / expected - 1.0).abs() < 1e-9);
-    let noise = number(&found["truth_noise"]);
-    assert!(noise > 0.0 && noise < errors[1], "{found}");
-    #[cfg(target_os = "linux")]
-    for seconds in [
-        &found["ours"]["core_seconds"],
-        &found["ours"]["edit_core_seconds"],
-        &brute["core_seconds"],
-        &brute["edit_core_seconds"],
-        &brute["hierarchy_core_seconds"],
-    ] {
-        assert!(number(seconds) >= 0.0, "{found}");
-    }
-
-    // The samples depend on the seed alone; the picture on nothing.
-    let [again, other] = [document(&[]), document(&["--seed", "1"])];
-    let [again, other] = [&again["scenes"][0], &other["scenes"][0]];
-    let errors = |of: &Value| -> Vec<Value> {
-        let measured = of["brute_force"]["measured"].as_array().unwrap().iter();
-        measured
-            .map(|point| point["relative_rmse"].clone())
-            .collect()
-    };
-    assert_eq!(errors(again), errors(found));
-    assert_ne!(errors(other), errors(found));
-    // Of the same picture by another truth, as far as the noise of both lets tell.
-    let other_error = number(&other["ours"]["relative_rmse"]);
-    let apart = (other_error.powi(2) - error.powi(2)).abs();
-    assert!(apart < 2.0 * noise.powi(2), "{error} {other_error} {noise}");
-
-    let table = assert_done(&mut bench(&[]));
-    for line in [
-        "ours, edit of the hair, shadows kept",
-        "brute force over ours",
-    ] {
-        assert!(table.contains(line), "{table}");
-    }
-    let black = vec![SrbfLight {
-        direction: [0.0, 1.0, 0.0],
-        lambda: 0.5,
-        rgb: [0.0; 3],
-    }];
-    let dark = write_small_scene(folder.path(), &groom, black, |_| ());
-    let mut command = strandlight();
-    command.args(["bench", "peers", "--size", "8x8", "--truth-samples", "1"]);
-    assert_refused(command.arg(&dark), &["a.toml"]);
 }
 
 /// The scenes of the paper's Table 2 that are in a folder already, and what the GPUs of the model

@@ -5,6 +5,7 @@ mod bad_input;
 mod bake_command;
 mod bake_kills;
 mod bench_command;
+mod bench_peers;
 mod bench_pictures;
 mod bench_several;
 mod compare_command;

@@ -83,6 +83,7 @@ mod tests {
             ("bench growth", "lights", 6),
             ("bench growth", "sizes", 5),
             ("bench peers a.toml", "samples", 3),
+            ("bench peers --scattering total a.toml", "samples", 5),
             ("bench converge a.toml", "samples", 5),
             ("bench transmittance a.toml", "methods", 4),
         ] {

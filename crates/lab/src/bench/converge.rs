@@ -103,6 +103,27 @@ pub struct Point {
     pub bias: [Option<f64>; 2],
 }
 
+/// An error, and what it costs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal {
+    /// The error.
+    pub relative_rmse: f64,
+    /// Core-seconds of `render --converge`, or of the fast picture where that is as good; none of what was not reached.
+    pub converged: Option<f64>,
+    /// Core-seconds of plain paths, whose error falls as `n^-1/2`.
+    pub paths: Option<f64>,
+    /// Whether the paths that were measured err by more.
+    pub is_extrapolated: bool,
+}
+
+impl Goal {
+    /// Paths over `render --converge`; above 1 paths take longer.
+    pub fn ratio(&self) -> Option<f64> {
+        let ratio = self.paths? / self.converged?;
+        ratio.is_finite().then_some(ratio)
+    }
+}
+
 impl Convergences {
     /// Slopes of the plain and the converged errors over the samples, log-log.
     pub fn slopes(&self) -> [Option<f64>; 2] {
@@ -128,6 +149,18 @@ impl Convergences {
     /// tell.
     pub fn core_seconds_to(&self, goal: f64) -> [Option<f64>; 2] {
         [self.plain_seconds_to(goal), self.converged_seconds_to(goal)]
+    }
+
+    /// What `relative_rmse` costs.
+    pub fn goal(&self, relative_rmse: f64) -> Goal {
+        let [paths, converged] = self.core_seconds_to(relative_rmse);
+        let errors = self.points.iter().filter_map(|point| point.plain);
+        Goal {
+            relative_rmse,
+            converged,
+            paths,
+            is_extrapolated: errors.fold(f64::INFINITY, f64::min) > relative_rmse,
+        }
     }
 
     fn plain_seconds_to(&self, goal: f64) -> Option<f64> {
@@ -293,26 +326,70 @@ pub fn converge(
     options: &Options,
     done: &dyn Fn(),
 ) -> Result<Convergences, ConvergeError> {
-    let mut base = PreparedScene::load(scene).map_err(RenderError::from)?;
-    base.size = options.size.unwrap_or(base.size);
-    base.background = Background::None;
-    let (fast, fast_core_seconds) = clocked(|| {
+    let base = prepared(scene, options.size)?;
+    let (picture, core_seconds) = clocked(|| {
         let mut renderer = CpuRenderer::new(base.clone());
         renderer.render(base.size, 1, &|_| ())
     });
-    let (fast, _) = fast?;
+    let (picture, _) = picture?;
     done();
-    let (traced, traced_core_seconds) = clocked(|| TracedScene::new(&base));
-    let traced = traced?;
-    let environment = match map {
+    let fast = FastPicture {
+        picture,
+        core_seconds,
+    };
+    let environment = environment_of(map, scene, &base);
+    converge_from(&base, fast, &environment, options, done)
+}
+
+/// The scene with nothing behind it.
+pub(super) fn prepared(
+    scene: &Scene,
+    size: Option<[u32; 2]>,
+) -> Result<PreparedScene, RenderError> {
+    let mut base = PreparedScene::load(scene)?;
+    base.size = size.unwrap_or(base.size);
+    base.background = Background::None;
+    Ok(base)
+}
+
+/// The light of the map, or without one that of the light set.
+pub(super) fn environment_of(
+    map: Option<(LatLong, &[[f32; 3]])>,
+    scene: &Scene,
+    base: &PreparedScene,
+) -> Environment {
+    match map {
         None => Environment::Lights(LightSampler::new(&base.lights)),
         Some((grid, pixels)) => Environment::of_map(grid, pixels, &scene.lights, &base.lights),
-    };
-    let tracer = traced.tracer(&environment);
+    }
+}
+
+/// What is converged from.
+pub(super) struct FastPicture {
+    pub picture: Picture,
+    /// Seconds of all cores from the loaded scene.
+    pub core_seconds: Option<f64>,
+}
+
+/// [`converge`] once there is the fast picture.
+pub(super) fn converge_from(
+    base: &PreparedScene,
+    fast: FastPicture,
+    environment: &Environment,
+    options: &Options,
+    done: &dyn Fn(),
+) -> Result<Convergences, ConvergeError> {
+    let FastPicture {
+        picture: fast,
+        core_seconds: fast_core_seconds,
+    } = fast;
+    let (traced, traced_core_seconds) = clocked(|| TracedScene::new(base));
+    let traced = traced?;
+    let tracer = traced.tracer(environment);
     let tracer = tracer.with_scattering(base.scattering());
     let mut seeds = SplitMix64(options.seed);
     let halves = [0, 1].map(|_| {
-        let half = estimate(&base, &tracer, &fast, options.truth_samples, &mut seeds);
+        let half = estimate(base, &tracer, &fast, options.truth_samples, &mut seeds);
         done();
         half
     });
@@ -324,15 +401,15 @@ pub fn converge(
     let mut points = vec![Point::default(); options.samples.len()];
     let share = 1.0 / f64::from(options.seeds);
     for _ in 0..options.seeds {
-        let mut convergence = Convergence::new(fast.clone(), &base, seeds.next_u64());
-        let mut even = Convergence::new(fast.clone(), &base, seeds.next_u64()).evenly();
+        let mut convergence = Convergence::new(fast.clone(), base, seeds.next_u64());
+        let mut even = Convergence::new(fast.clone(), base, seeds.next_u64()).evenly();
         let mut core_seconds = [Some(0.0); 2];
         let of_samples = options.samples.iter().zip(&mut points);
         let of_seeds = runs.iter_mut().zip(&mut tiles_of_seeds);
         for ((&samples, point), (runs, means)) in of_samples.zip(of_seeds) {
             let more = samples - convergence.samples();
-            let (_, seconds) = clocked(|| convergence.trace(&base, &tracer, more));
-            let (_, plain_seconds) = clocked(|| even.trace(&base, &tracer, more));
+            let (_, seconds) = clocked(|| convergence.trace(base, &tracer, more));
+            let (_, plain_seconds) = clocked(|| even.trace(base, &tracer, more));
             let of_point = [&mut point.core_seconds, &mut point.plain_core_seconds];
             let found = [seconds, plain_seconds].into_iter().zip(of_point);
             for (sum, (more, of_point)) in core_seconds.iter_mut().zip(found) {
@@ -504,6 +581,8 @@ mod tests {
         near(at(0.04 * 2.0_f64.sqrt())[1], (3.0_f64 * 7.0).sqrt());
         assert_eq!(at(0.01)[1], None);
         near(at(0.01)[0], 1.0 + 1600.0);
+        // The paths' last error is 10 %.
+        assert!(found.goal(0.09).is_extrapolated && !found.goal(0.1).is_extrapolated);
     }
 
     /// Pictures that are off by 5 % in the mean, and by 20 % each.

@@ -9,6 +9,8 @@
 //! Errors are relative RMSEs of means over 4x4 pixels against two estimates of the truth (see `truth`),
 //! brute force of many samples each. What one run finds still scatters, all the more since the pixels
 //! of a sample share its directions; other seeds tell by how much.
+//!
+//! [`total`] has all scattering, beside path tracing.
 
 use serde_json::{Value, json};
 use strandlight_cpu::CpuRenderer;
@@ -19,7 +21,9 @@ use strandlight_reference::rays::Rays;
 use strandlight_reference::{Directional, Environment, FibreTables, Fibres, Film, MeshRays};
 use strandlight_scattering::exact::BcsdfError;
 use strandlight_scattering::random::SplitMix64;
-use strandlight_scene::{Backend, PreparedScene, RenderError};
+use strandlight_scene::{Backend, Picture, PreparedScene, RenderError};
+
+pub mod total;
 
 use super::edits;
 use super::process_clock::clocked;
@@ -314,26 +318,56 @@ fn ours(
     options: &Options,
     done: &dyn Fn(),
 ) -> Result<(Layer, Option<f64>, Option<f64>), RenderError> {
-    let mut live = CpuRenderer::new(base.clone());
-    let mut drawn = |edit: &dyn Fn(&mut CpuRenderer, bool) -> Result<(), RenderError>| {
+    let mut drawing = Drawing::new(base, options.repetitions, done);
+    let (picture, still) = drawing.stills()?;
+    let (_, edit) = drawing.drawn(&|live, there| edits::color(live, base, there))?;
+    Ok((blocks(&picture), still, edit))
+}
+
+/// Pictures of the renderer, one after the other.
+struct Drawing<'a> {
+    base: &'a PreparedScene,
+    live: CpuRenderer,
+    repetitions: u32,
+    done: &'a dyn Fn(),
+}
+
+impl<'a> Drawing<'a> {
+    fn new(base: &'a PreparedScene, repetitions: u32, done: &'a dyn Fn()) -> Self {
+        Drawing {
+            base,
+            live: CpuRenderer::new(base.clone()),
+            repetitions,
+            done,
+        }
+    }
+
+    /// From the loaded scene: the picture, and mean core-seconds of one.
+    fn stills(&mut self) -> Result<(Picture, Option<f64>), RenderError> {
+        let base = self.base;
+        self.drawn(&|live, _| live.set_scene(base.clone()))
+    }
+
+    /// The first picture after `edit`, there and back, and mean core-seconds of those that follow.
+    fn drawn(
+        &mut self,
+        edit: &dyn Fn(&mut CpuRenderer, bool) -> Result<(), RenderError>,
+    ) -> Result<(Picture, Option<f64>), RenderError> {
         let mut draw = |there: bool| {
-            edit(&mut live, there)?;
-            let (picture, _) = live.render(base.size, 1, &|_| ())?;
-            done();
+            edit(&mut self.live, there)?;
+            let (picture, _) = self.live.render(self.base.size, 1, &|_| ())?;
+            (self.done)();
             Ok::<_, RenderError>(picture)
         };
         let first = draw(true)?;
         let (all, core_seconds) = clocked(|| {
-            let mut turns = (0..options.repetitions).map(|ix| ix % 2 == 1);
+            let mut turns = (0..self.repetitions).map(|ix| ix % 2 == 1);
             turns.try_for_each(|there| draw(there).map(|_| ()))
         });
         all?;
-        let share = 1.0 / f64::from(options.repetitions);
-        Ok::<_, RenderError>((first, core_seconds.map(|seconds| seconds * share)))
-    };
-    let (picture, still) = drawn(&|live, _| live.set_scene(base.clone()))?;
-    let (_, edit) = drawn(&|live, there| edits::color(live, base, there))?;
-    Ok((blocks(&picture), still, edit))
+        let share = 1.0 / f64::from(self.repetitions);
+        Ok((first, core_seconds.map(|seconds| seconds * share)))
+    }
 }
 
 /// Brute force at work.

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use strandlight_formats::counted;
 use strandlight_images::Map;
 use strandlight_lab::bench::converge::{
-    ConvergeError, Convergences, GOALS, Options, converge, figure, n_steps,
+    ConvergeError, Convergences, GOALS, Goal, Options, converge, figure, n_steps,
 };
 use strandlight_runtime::options::parse_size;
 use strandlight_scene::RenderError;
@@ -162,22 +162,7 @@ fn print_converge(path: &Path, has_map: bool, found: &Convergences) -> Outcome {
     }
     print_means(found)?;
     for goal in GOALS {
-        let [plain, converged] = found.core_seconds_to(goal);
-        let times = plain
-            .zip(converged)
-            .map_or(String::new(), |(plain, converged)| {
-                format!(": {:.1} times as long", plain / converged)
-            });
-        let reached = |value: Option<f64>| match value {
-            Some(value) => format!("{value:.1} core-s"),
-            None => "not reached".to_owned(),
-        };
-        print_line(format_args!(
-            "  to {}: converged {}, paths {}{times}",
-            percent(Some(goal), 0),
-            reached(converged),
-            reached(plain),
-        ))?;
+        print_goal(&found.goal(goal), &percent(Some(goal), 0), "converged")?;
     }
     // Of one number of samples there are none.
     let [Some(plain), Some(converged)] = found.slopes() else {
@@ -188,6 +173,27 @@ fn print_converge(path: &Path, has_map: bool, found: &Convergences) -> Outcome {
     });
     print_line(format_args!(
         "  errors fall as n^{plain:.2} and n^{converged:.2}{gain}",
+    ))
+}
+
+/// Core-seconds of paths to `error`, and of what is `named`.
+pub(super) fn print_goal(goal: &Goal, error: &str, named: &str) -> Outcome {
+    let times = goal.ratio().map_or(String::new(), |ratio| {
+        let digits = if ratio < 1.0 { 2 } else { 1 };
+        format!(": {ratio:.digits$} times as long")
+    });
+    let reached = |value: Option<f64>| match value {
+        Some(value) => format!("{value:.1} core-s"),
+        None => "not reached".to_owned(),
+    };
+    let mark = match goal.is_extrapolated && goal.paths.is_some() {
+        true => " by n^-1/2",
+        false => "",
+    };
+    print_line(format_args!(
+        "  to {error}: {named} {}, paths {}{mark}{times}",
+        reached(goal.converged),
+        reached(goal.paths),
     ))
 }
 

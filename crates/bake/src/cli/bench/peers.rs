@@ -1,9 +1,13 @@
 //! `strandlight bench peers`.
 
+mod total;
+
 use std::path::{Path, PathBuf};
 
+use clap::ValueEnum;
+use clap::builder::ArgPredicate;
 use serde_json::{Value, json};
-use strandlight_formats::counted;
+use strandlight_formats::{Scene, counted};
 use strandlight_lab::bench::peers::{Options, Peers, PeersError, n_steps, peers};
 use strandlight_runtime::options::parse_size;
 use strandlight_scene::RenderError;
@@ -20,6 +24,12 @@ use crate::cli::{Failure, Outcome, print_line};
 /// pixels; the truth is brute force too, two independent halves of it, so that its noise does not
 /// count. The error of brute force falls as n^-1/2 with the samples: it is measured at some numbers
 /// and extrapolated to ours. A ratio above 1 means that ours is cheaper.
+///
+/// `--scattering total`: all scattering, of the picture, of `render --converge`, and of plain paths as
+/// `reference --method path` traces them; core-seconds from the loaded scene to errors of 5, 3 and 1 %
+/// and to that of the picture. The truth is path tracing, in the light of the map of scenes that
+/// name one (lights.map), of the light set of others. Errors of paths fall as n^-1/2: beyond the samples
+/// measured they are extrapolated, which is marked.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene files (TOML)
@@ -28,18 +38,26 @@ pub struct Args {
     #[arg(long, value_name = "WxH", value_parser = parse_size,
         help = format!("Width and height in pixels, each 1..={MAX_TARGET_SIDE} [default: the scene's]"))]
     size: Option<[u32; 2]>,
-    /// Samples per pixel at which brute force is measured, each 1..=4096, comma-separated
+    /// What of the hair's light is compared
+    #[arg(long, value_enum, default_value_t = Compared::Single)]
+    scattering: Compared,
+    /// Samples per pixel at which brute force is measured, each 1..=4096, comma-separated; with
+    /// --scattering total those of `render --converge` and of paths, each 2..=65536, by default 2,4,8,16,32
     #[arg(long, value_name = "N", value_delimiter = ',', default_value = "1,2,4",
-        value_parser = clap::value_parser!(u32).range(1..=4096))]
+        default_value_if("scattering", ArgPredicate::Equals("total".into()), "2,4,8,16,32"),
+        value_parser = clap::value_parser!(u32).range(1..=65_536))]
     samples: Vec<u32>,
-    /// Shadow rays of each sample, 1..=1024; `reference` has 24
-    #[arg(long, value_name = "N", default_value_t = 24,
-        value_parser = clap::value_parser!(u32).range(1..=1024))]
-    rays: u32,
-    /// Samples per pixel of each half of the truth, 1..=65536
+    /// Shadow rays of each sample of brute force, 1..=1024; `reference` has 24 [default: 24]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    rays: Option<u32>,
+    /// Samples per pixel of each half of the truth, 1..=65536; with --scattering total by default 256
     #[arg(long, value_name = "N", default_value_t = 16,
+        default_value_if("scattering", ArgPredicate::Equals("total".into()), "256"),
         value_parser = clap::value_parser!(u32).range(1..=65_536))]
     truth_samples: u32,
+    /// With --scattering total: runs with other random numbers, 1..=4096 [default: 4]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    seeds: Option<u32>,
     /// Pictures of ours, after one that is not counted
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=1000))]
     repetitions: u32,
@@ -51,19 +69,84 @@ pub struct Args {
     json: bool,
 }
 
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Compared {
+    /// Single scattering, with brute force
+    Single,
+    /// All of it, with path tracing
+    Total,
+}
+
+impl Args {
+    /// Refuses what is of the other scattering, and numbers that it does not take.
+    fn check(&self) -> Outcome {
+        let (allowed, foreign) = match self.scattering {
+            Compared::Single => (
+                1..=4096,
+                self.seeds.map(|_| "--seeds needs --scattering total"),
+            ),
+            Compared::Total => (
+                2..=65_536,
+                self.rays
+                    .map(|_| "--rays is of brute force; leave out --scattering total"),
+            ),
+        };
+        if let Some(text) = foreign {
+            return Err(Failure::Input(text.to_owned()));
+        }
+        let outside = self
+            .samples
+            .iter()
+            .find(|samples| !allowed.contains(*samples));
+        if let Some(samples) = outside {
+            return Err(Failure::Input(format!(
+                "--samples {samples}: with --scattering {} each is {}..={}",
+                self.scattering.name(),
+                allowed.start(),
+                allowed.end()
+            )));
+        }
+        // The noise of paths is told from two samples on.
+        if self.scattering == Compared::Total && self.truth_samples < 2 {
+            return Err(Failure::Input(
+                "--truth-samples 1: with --scattering total at least 2".to_owned(),
+            ));
+        }
+        Ok(())
+    }
+}
+
+impl Compared {
+    fn name(self) -> &'static str {
+        match self {
+            Compared::Single => "single",
+            Compared::Total => "total",
+        }
+    }
+}
+
 /// Runs the command.
 pub fn run(args: &Args) -> Outcome {
+    args.check()?;
+    let scenes = scenes::read(&args.scenes)?;
+    scenes::check(&args.scenes, &scenes, args.size)?;
+    match args.scattering {
+        Compared::Single => single(args, &scenes),
+        Compared::Total => total::run(args, &scenes),
+    }
+}
+
+/// Single scattering beside brute force.
+fn single(args: &Args, scenes: &[Scene]) -> Outcome {
     let options = Options {
         size: args.size,
         samples: args.samples.clone(),
-        rays: args.rays,
+        rays: args.rays.unwrap_or(24),
         truth_samples: args.truth_samples,
         repetitions: args.repetitions,
         seed: args.seed,
     };
-    let scenes = scenes::read(&args.scenes)?;
-    scenes::check(&args.scenes, &scenes, args.size)?;
-    let measured = args.scenes.iter().zip(&scenes).map(|(path, scene)| {
+    let measured = args.scenes.iter().zip(scenes).map(|(path, scene)| {
         let progress = progress("pictures", n_steps(&options));
         let found = peers(scene, &options, &|| progress.advance(1));
         progress.finish();
@@ -105,22 +188,7 @@ fn print_peers(path: &Path, found: &Peers) -> Outcome {
         counted(lights, "light", "lights"),
     ))?;
     let brute = &found.brute_force;
-    print_line(format_args!(
-        "  {:40} {:>9} {:>9} {:>9}",
-        "", "samples", "error", "core-s"
-    ))?;
-    let line = |name: &str, samples: Option<f64>, error: Option<f64>, seconds: Option<f64>| {
-        let shown = |value: Option<f64>, digits: usize, unit: &str| match value {
-            Some(value) => format!("{value:.digits$}{unit}"),
-            None => "-".to_owned(),
-        };
-        print_line(format_args!(
-            "  {name:40} {:>9} {:>9} {:>9}",
-            shown(samples, 3, ""),
-            shown(error.map(|error| 100.0 * error), 2, " %"),
-            shown(seconds, 3, ""),
-        ))
-    };
+    head()?;
     let ours = &found.ours;
     let error = Some(ours.relative_rmse);
     line(
@@ -181,5 +249,27 @@ fn print_peers(path: &Path, found: &Peers) -> Outcome {
         "  brute force over ours: {} for a still, {} for an edit with shadows kept",
         shown(ratio),
         shown(ratio_of_edit),
+    ))
+}
+
+/// Above [`line`]s.
+fn head() -> Outcome {
+    print_line(format_args!(
+        "  {:40} {:>9} {:>9} {:>9}",
+        "", "samples", "error", "core-s"
+    ))
+}
+
+/// What was measured of `name`.
+fn line(name: &str, samples: Option<f64>, error: Option<f64>, seconds: Option<f64>) -> Outcome {
+    let shown = |value: Option<f64>, digits: usize, unit: &str| match value {
+        Some(value) => format!("{value:.digits$}{unit}"),
+        None => "-".to_owned(),
+    };
+    print_line(format_args!(
+        "  {name:40} {:>9} {:>9} {:>9}",
+        shown(samples, 3, ""),
+        shown(error.map(|error| 100.0 * error), 2, " %"),
+        shown(seconds, 3, ""),
     ))
 }
