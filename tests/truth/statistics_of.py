@@ -56,10 +56,10 @@ class Verdict:
         )
 
 
-def tiles(pictures: Array) -> Array:
+def tiles(pictures: Array, side: int = TILE) -> Array:
     """Means of tiles, [picture, tile, colour], of pictures [picture, row, column, colour]."""
     n, height, width, colours = pictures.shape
-    parts = pictures.reshape(n, height // TILE, TILE, width // TILE, TILE, colours)
+    parts = pictures.reshape(n, height // side, side, width // side, side, colours)
     return parts.mean((2, 4)).reshape(n, -1, colours)
 
 

@@ -1,7 +1,7 @@
 """An outside judge of ground truth: Mitsuba 3 traces the same strands, fibres, camera and map as
 `strandlight reference --method path --map`.
 
-python truth_check.py STRANDLIGHT TMPDIR [--quick]
+python truth_check.py STRANDLIGHT TMPDIR [--quick] [--costs]
 
 Run with a Python that has mitsuba and numpy. Checks, with a line for each:
 
@@ -9,9 +9,9 @@ Run with a Python that has mitsuba and numpy. Checks, with a line for each:
 2. single and total scattering of two scenes against Mitsuba's path tracer with that fibre, by statistics of tiles;
 3. that the same comparison fails for fibres a little off;
 4. `hair.model = "energy"` without tilt, against Mitsuba's own hair material: the same model there;
-and says how far Mitsuba's own material is from Marschner's model, and what both path tracers cost.
+and says how far Mitsuba's own material is from Marschner's model, and what both path tracers and `render --converge` cost.
 
-`--quick` traces a quarter of the samples. Exit code 1 if a check fails; TMPDIR/truth.json has the numbers.
+`--quick` traces a quarter of the samples; `--costs` does nothing but the last. Exit code 1 if a check fails; TMPDIR/truth.json has the numbers.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ import numpy as np
 
 import variant  # noqa: F401
 from chiang import azimuthal_roughness, longitudinal_roughness
+from costs import costs
 from fibre_check import check_itself, check_probe
-from findings import FOUND, check, end, note, timed
+from findings import check, end, note, timed
 from mitsuba_scenes import InMitsuba, energy_in_mitsuba, fibre_of, mi, traced
 from scenes import SCENES, Hair, Scene, energy
 from statistics_of import compare
@@ -45,12 +46,37 @@ WRONG: dict[str, dict[str, Any]] = {
 }
 
 
-def mitsubas(scene: mi.Scene, depth: int, samples: int, seed: int) -> Timed:
-    """Pictures rgba of Mitsuba; time without that of the first call, which compiles."""
+def mitsubas(scene: mi.Scene, depth: int, samples: int, seed: int, n: int = PICTURES) -> Timed:
+    """`n` pictures rgba of Mitsuba; time without that of the first call, which compiles."""
     traced(scene, depth, seed, 1)
     start = used()
-    pictures = [traced(scene, depth, seed + 1 + number, samples) for number in range(PICTURES)]
+    pictures = [traced(scene, depth, seed + 1 + number, samples) for number in range(n)]
     return Timed(np.array(pictures), used() - start)
+
+
+def beside_mitsubas_time(work: InMitsuba, mitsuba: mi.Scene, ours: Timed, theirs: Timed) -> None:
+    """What errors of all scattering cost here and in Mitsuba."""
+    depth = DEPTHS["total"]
+    costs(work, lambda seed, n: traced(mitsuba, depth, seed, n)[..., :3], ours, theirs)
+
+
+def only_costs(strandlight: str, folder: str, scene: Scene, share: float) -> None:
+    """What errors cost in a scene, and what Mitsuba takes for loading it and for compiling: nothing for the latter where an
+    earlier run left the code in ~/.drjit."""
+    work = InMitsuba(strandlight, folder, scene)
+    depth = DEPTHS["total"]
+    start = used()
+    mitsuba = work.mitsuba(work.scattering())
+    traced(mitsuba, depth, 0, 1)
+    first = used() - start
+    print(f"        {scene.name}: Mitsuba's scene and first call {first:.1f} core-s", flush=True)
+    samples = round(share * MITSUBA_SAMPLES)
+    theirs = mitsubas(mitsuba, depth, samples, 2000)
+    own = work.mitsuba_with_its_hair(own_hair(scene.hair, azimuthal_roughness(scene.hair.caustic_width_deg)))
+    ratio = mitsubas(own, depth, samples, 3000, 3).core_seconds / 3 / (theirs.core_seconds / PICTURES)
+    print(f"        {scene.name}: a sample of Mitsuba's own hair takes {ratio:.2f} times as long", flush=True)
+    ours = ours_of(work, round(share * OUR_SAMPLES))["total"]
+    beside_mitsubas_time(work, mitsuba, ours, theirs)
 
 
 def check_scene(strandlight: str, folder: str, scene: Scene, share: float) -> None:
@@ -71,10 +97,7 @@ def check_scene(strandlight: str, folder: str, scene: Scene, share: float) -> No
         verdict = compare(ours[name].pictures, theirs[name].pictures[..., :3])
         note(f"{scene.name} {name}", verdict)
         check(verdict.agrees(), f"{scene.name}, {name}: {verdict}")
-    costs = {"ours": ours["total"].seconds_to(0.01), "mitsuba": theirs["total"].seconds_to(0.01)}
-    FOUND[f"{scene.name} core-seconds to 1 % of tiles"] = costs
-    print(f"        {scene.name}: core-seconds to 1 % noise of tiles of 8 x 8 pixels, total: "
-          f"{costs['ours']:.1f} here, {costs['mitsuba']:.1f} Mitsuba")  # fmt: skip
+    beside_mitsubas_time(work, mitsuba, ours["total"], theirs["total"])
     check_wrong(work, ours, round(COARSE * samples))
     beside_mitsubas_hair(work, ours, round(COARSE * samples))
 
@@ -139,12 +162,16 @@ def check_energy(strandlight: str, folder: str, scene: Scene, share: float) -> N
 
 
 def main() -> int:
-    words = [word for word in sys.argv[1:] if word != "--quick"]
+    words = [word for word in sys.argv[1:] if word not in ("--quick", "--costs")]
     if len(words) != 2:
         sys.exit(__doc__)
     strandlight, folder = os.path.abspath(words[0]), os.path.abspath(words[1])
     share = 0.25 if "--quick" in sys.argv else 1.0
     os.makedirs(folder, exist_ok=True)
+    if "--costs" in sys.argv:
+        for scene in SCENES:
+            timed(scene.name, lambda: only_costs(strandlight, folder, scene, share))
+        return end(os.path.join(folder, "truth.json"))
     timed("the fibre", lambda: check_probe(strandlight, check))
     timed("its draws", lambda: check_itself(fibre_of(SCENES[1].hair), check))
     for scene in SCENES:
