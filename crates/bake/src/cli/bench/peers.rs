@@ -1,5 +1,6 @@
 //! `strandlight bench peers`.
 
+mod lines;
 mod total;
 
 use std::path::{Path, PathBuf};
@@ -8,6 +9,8 @@ use clap::ValueEnum;
 use clap::builder::ArgPredicate;
 use serde_json::{Value, json};
 use strandlight_formats::{Scene, counted};
+use strandlight_lab::bench::converge;
+use strandlight_lab::bench::peers::total::Options as TotalOptions;
 use strandlight_lab::bench::peers::{Options, Peers, PeersError, n_steps, peers};
 use strandlight_runtime::options::parse_size;
 use strandlight_scene::RenderError;
@@ -16,6 +19,7 @@ use strandlight_scene::budget::MAX_TARGET_SIDE;
 use super::scenes;
 use crate::cli::progress::progress;
 use crate::cli::{Failure, Outcome, print_line};
+use lines::{head, line};
 
 /// Compare the cost of a picture with that of brute force at the same error
 ///
@@ -68,6 +72,9 @@ pub struct Args {
     #[arg(long)]
     json: bool,
 }
+
+/// Runs that are averaged, without `--seeds`.
+const SEEDS: u32 = 4;
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Compared {
@@ -132,7 +139,24 @@ pub fn run(args: &Args) -> Outcome {
     scenes::check(&args.scenes, &scenes, args.size)?;
     match args.scattering {
         Compared::Single => single(args, &scenes),
-        Compared::Total => total::run(args, &scenes),
+        Compared::Total => total::run(&args.scenes, &scenes, &total_options(args), args.json),
+    }
+}
+
+/// Of all scattering.
+fn total_options(args: &Args) -> TotalOptions {
+    let mut samples = args.samples.clone();
+    samples.sort_unstable();
+    samples.dedup();
+    TotalOptions {
+        converge: converge::Options {
+            size: args.size,
+            samples,
+            truth_samples: args.truth_samples,
+            seeds: args.seeds.unwrap_or(SEEDS),
+            seed: args.seed,
+        },
+        repetitions: args.repetitions,
     }
 }
 
@@ -249,27 +273,5 @@ fn print_peers(path: &Path, found: &Peers) -> Outcome {
         "  brute force over ours: {} for a still, {} for an edit with shadows kept",
         shown(ratio),
         shown(ratio_of_edit),
-    ))
-}
-
-/// Above [`line`]s.
-fn head() -> Outcome {
-    print_line(format_args!(
-        "  {:40} {:>9} {:>9} {:>9}",
-        "", "samples", "error", "core-s"
-    ))
-}
-
-/// What was measured of `name`.
-fn line(name: &str, samples: Option<f64>, error: Option<f64>, seconds: Option<f64>) -> Outcome {
-    let shown = |value: Option<f64>, digits: usize, unit: &str| match value {
-        Some(value) => format!("{value:.digits$}{unit}"),
-        None => "-".to_owned(),
-    };
-    print_line(format_args!(
-        "  {name:40} {:>9} {:>9} {:>9}",
-        shown(samples, 3, ""),
-        shown(error.map(|error| 100.0 * error), 2, " %"),
-        shown(seconds, 3, ""),
     ))
 }

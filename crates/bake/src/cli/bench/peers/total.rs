@@ -5,50 +5,33 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 use strandlight_formats::{Scene, counted};
 use strandlight_images::Map;
-use strandlight_lab::bench::converge::{self, ConvergeError};
+use strandlight_lab::bench::converge::ConvergeError;
 use strandlight_lab::bench::peers::total::{Options, TotalPeers, n_steps, total_peers};
 use strandlight_scene::RenderError;
 
 use super::super::converge::print_goal;
-use super::{Args, head, line};
+use super::lines::{head, line};
 use crate::cli::bench::scenes;
 use crate::cli::light::map_of;
 use crate::cli::progress::progress;
 use crate::cli::{Failure, Outcome, print_line};
 
-/// Runs that are averaged, without `--seeds`.
-const SEEDS: u32 = 4;
-
-/// Measures all scattering.
-pub fn run(args: &Args, scenes: &[Scene]) -> Outcome {
-    let mut samples = args.samples.clone();
-    samples.sort_unstable();
-    samples.dedup();
-    let seeds = args.seeds.unwrap_or(SEEDS);
-    let options = Options {
-        converge: converge::Options {
-            size: args.size,
-            samples,
-            truth_samples: args.truth_samples,
-            seeds,
-            seed: args.seed,
-        },
-        repetitions: args.repetitions,
-    };
-    let named = args.scenes.iter().map(PathBuf::as_path).zip(scenes);
+/// Measures all scattering in the scenes of these files.
+pub fn run(paths: &[PathBuf], scenes: &[Scene], options: &Options, json: bool) -> Outcome {
+    let named = paths.iter().map(PathBuf::as_path).zip(scenes);
     let maps = named.map(|named| map_of(None, named));
     let maps = maps.collect::<Result<Vec<Option<Map>>, Failure>>()?;
     let scenes = scenes.iter().zip(&maps);
-    let measured = args.scenes.iter().zip(scenes).map(|(path, (scene, map))| {
-        let progress = progress("pictures", n_steps(&options));
+    let measured = paths.iter().zip(scenes).map(|(path, (scene, map))| {
+        let progress = progress("pictures", n_steps(options));
         let pixels = map.as_ref().map(|map| (map.grid(), map.pixels()));
-        let found = total_peers(scene, pixels, &options, &|| progress.advance(1));
+        let found = total_peers(scene, pixels, options, &|| progress.advance(1));
         progress.finish();
         let found = found.map_err(|error| match error {
             ConvergeError::Render(RenderError::Scene(error)) => Failure::input(error.in_file(path)),
             error => Failure::file(path, error),
         })?;
-        if !args.json {
+        if !json {
             print_total(path, map.is_some(), &found)?;
         }
         let mut document = found.to_json();
@@ -57,12 +40,12 @@ pub fn run(args: &Args, scenes: &[Scene]) -> Outcome {
         Ok(document)
     });
     let (documents, ended) = scenes::until_failure(measured);
-    if args.json && !documents.is_empty() {
+    if json && !documents.is_empty() {
         print_line(json!({
-            "truth_samples": args.truth_samples,
-            "repetitions": args.repetitions,
-            "seeds": seeds,
-            "seed": args.seed,
+            "truth_samples": options.converge.truth_samples,
+            "repetitions": options.repetitions,
+            "seeds": options.converge.seeds,
+            "seed": options.converge.seed,
             "scenes": documents,
         }))?;
     }

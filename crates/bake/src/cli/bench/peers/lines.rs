@@ -1,0 +1,25 @@
+//! Lines of the tables of `bench peers`.
+
+use crate::cli::{Outcome, print_line};
+
+/// Above [`line`]s.
+pub fn head() -> Outcome {
+    print_line(format_args!(
+        "  {:40} {:>9} {:>9} {:>9}",
+        "", "samples", "error", "core-s"
+    ))
+}
+
+/// What was measured of `name`.
+pub fn line(name: &str, samples: Option<f64>, error: Option<f64>, seconds: Option<f64>) -> Outcome {
+    let shown = |value: Option<f64>, digits: usize, unit: &str| match value {
+        Some(value) => format!("{value:.digits$}{unit}"),
+        None => "-".to_owned(),
+    };
+    print_line(format_args!(
+        "  {name:40} {:>9} {:>9} {:>9}",
+        shown(samples, 3, ""),
+        shown(error.map(|error| 100.0 * error), 2, " %"),
+        shown(seconds, 3, ""),
+    ))
+}
