@@ -210,6 +210,13 @@ fn pictures_are_measured_on_the_cpu() {
         assert!(shown > 0.0 && shown <= first, "{edit}");
         assert!((0.0..1.0).contains(&of("shown_off")), "{edit}");
         assert!(of("longest_milliseconds") > 0.0, "{edit}");
+        let stages = edit["first_stages"].as_array().unwrap();
+        let names: Vec<&str> = stages.iter().map(|s| s["name"].as_str().unwrap()).collect();
+        // Edits recompute only what depends on them.
+        let is_cast_again =
+            ["everything", "lights turned", "wind"].contains(&edit["name"].as_str().unwrap());
+        assert_eq!(names.contains(&"shadow maps"), is_cast_again, "{edit}");
+        assert!(names.contains(&"display"), "{edit}");
     }
     let pictures = folder.path().join("pictures");
     let table = assert_done(&mut bench(&[

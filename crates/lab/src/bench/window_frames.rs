@@ -27,6 +27,8 @@ pub struct WindowCost {
     pub first_milliseconds: f64,
     /// Mean seconds of all cores together to that one, where the system tells.
     pub first_core_seconds: Option<f64>,
+    /// What ran until then, in the order of its first run, and its mean milliseconds. Some run beside each other.
+    pub first_stages: Vec<(&'static str, f64)>,
     /// Median milliseconds to the last one.
     pub settled_milliseconds: f64,
     /// Longest time that an edit, or the wait for something new after it, kept the window from input, milliseconds.
@@ -42,6 +44,9 @@ impl WindowCost {
             "shown_off": self.shown_off,
             "first_milliseconds": self.first_milliseconds,
             "first_core_seconds": self.first_core_seconds,
+            "first_stages": self.first_stages.iter().map(|(name, milliseconds)| {
+                json!({ "name": name, "milliseconds": milliseconds })
+            }).collect::<Vec<_>>(),
             "settled_milliseconds": self.settled_milliseconds,
             "longest_milliseconds": self.longest_milliseconds,
         })
@@ -92,6 +97,7 @@ struct Run {
     off: f64,
     first: f64,
     first_core_seconds: Option<f64>,
+    first_stages: Vec<(&'static str, f64)>,
     settled: f64,
     longest: f64,
     /// None where it showed no new picture before the last one, of one size.
@@ -138,11 +144,25 @@ pub fn window_costs(
             shown_off: runs.iter().fold(0.0, |most, run| run.off.max(most)),
             first_milliseconds: median(runs.iter().map(|run| run.first)),
             first_core_seconds: seconds.map(mean),
+            first_stages: mean_stages(&runs),
             settled_milliseconds: median(runs.iter().map(|run| run.settled)),
             longest_milliseconds: runs.iter().fold(0.0, |most, run| run.longest.max(most)),
         });
     }
     Ok(costs)
+}
+
+/// Means over all runs of what each stage took; of those that did not need it nothing.
+fn mean_stages(runs: &[Run]) -> Vec<(&'static str, f64)> {
+    let mut means: Vec<(&'static str, f64)> = Vec::new();
+    for (name, milliseconds) in runs.iter().flat_map(|run| &run.first_stages) {
+        let share = milliseconds / runs.len() as f64;
+        match means.iter_mut().find(|(other, _)| other == name) {
+            Some((_, mean)) => *mean += share,
+            None => means.push((name, share)),
+        }
+    }
+    means
 }
 
 /// Edits, and draws until nothing is left to do.
@@ -166,11 +186,12 @@ fn watch(
             shown = Some((milliseconds(start), display.pixels.to_vec()));
         }
         if progress.is_shown && progress.is_shaded && first.is_none() {
-            first = Some((milliseconds(start), since(before)));
+            first = Some((milliseconds(start), since(before), stages_of(live)));
         }
         if progress.is_done {
             let settled = milliseconds(start);
-            let (first, first_core_seconds) = first.unwrap_or((settled, since(before)));
+            let (first, first_core_seconds, first_stages) =
+                first.unwrap_or_else(|| (settled, since(before), stages_of(live)));
             let last = live.display();
             let (shown, off, pictures) = match shown {
                 Some((shown, pixels)) => (
@@ -186,11 +207,20 @@ fn watch(
                 off,
                 first,
                 first_core_seconds,
+                first_stages,
                 settled,
                 longest,
             });
         }
     }
+}
+
+/// What the renderer did since the last edit.
+fn stages_of(live: &BackgroundRenderer) -> Vec<(&'static str, f64)> {
+    let stages = live.report().stages.iter();
+    stages
+        .map(|stage| (stage.name, stage.milliseconds))
+        .collect()
 }
 
 fn pictures_of(shown: &[[u8; 4]], last: &[[u8; 4]], size: [u32; 2]) -> Option<EditPictures> {
@@ -233,6 +263,26 @@ mod tests {
         assert!((difference(&picture(95), &picture(100)) - 0.05).abs() < 1e-12);
         assert_eq!(difference(&picture(0), &picture(0)), 0.0);
         assert_eq!(difference(&picture(1), &[]), f64::INFINITY);
+    }
+
+    #[test]
+    fn stages_are_means_over_all_runs() {
+        let run = |stages: &[(&'static str, f64)]| Run {
+            shown: 0.0,
+            off: 0.0,
+            first: 0.0,
+            first_core_seconds: None,
+            first_stages: stages.to_vec(),
+            settled: 0.0,
+            longest: 0.0,
+            pictures: None,
+        };
+        let runs = [
+            run(&[("list", 4.0), ("shade", 1.0)]),
+            run(&[("shade", 3.0)]),
+        ];
+        assert_eq!(mean_stages(&runs), [("list", 2.0), ("shade", 2.0)]);
+        assert_eq!(mean_stages(&[]), []);
     }
 
     #[test]

@@ -33,8 +33,8 @@ use crate::cli::{Failure, Outcome, output_folder, print_line, write_output};
 ///
 /// `--window`: the same edits in a window on the CPU: time to the first new picture, a draft perhaps, and how
 /// far it is from the last one at most (relative RMS of their levels); time to the first picture of every
-/// light and term, seconds of all cores to it, time to the last one, and the longest time that the
-/// renderer keeps the window from input.
+/// light and term, seconds of all cores to it and milliseconds of each stage until then, time to the last
+/// one, and the longest time that the renderer keeps the window from input.
 ///
 /// `--against PROGRAM` runs this build and another, each as `bench frames --json` in a process of its
 /// own, in the order this, other, other, this, and prints the other's time over ours.
@@ -304,7 +304,7 @@ fn in_window(args: &Args, path: &Path, scene: &Scene) -> Result<Value, Failure> 
     written?;
     if !args.json {
         print_line(format_args!(
-            "{}: cpu: {}, in a window\n  {:20} {:>10} {:>7} {:>10} {:>8} {:>10} {:>10}",
+            "{}: cpu: {}, in a window\n  {:20} {:>10} {:>7} {:>10} {:>8} {:>10} {:>10}  ms to the first by stage",
             path.display(),
             counted(rayon::current_num_threads(), "thread", "threads"),
             "",
@@ -321,7 +321,7 @@ fn in_window(args: &Args, path: &Path, scene: &Scene) -> Result<Value, Failure> 
         };
         costs.iter().try_for_each(|cost| {
             print_line(format_args!(
-                "  {:20} {:10.1} {:7.1} {:10.1} {} {:10.1} {:10.1}",
+                "  {:20} {:10.1} {:7.1} {:10.1} {} {:10.1} {:10.1}  {}",
                 cost.name,
                 cost.shown_milliseconds,
                 100.0 * cost.shown_off,
@@ -329,12 +329,24 @@ fn in_window(args: &Args, path: &Path, scene: &Scene) -> Result<Value, Failure> 
                 seconds(cost.first_core_seconds),
                 cost.settled_milliseconds,
                 cost.longest_milliseconds,
+                stages(&cost.first_stages),
             ))
         })?;
     }
     Ok(json!({
         "edits": costs.iter().map(WindowCost::to_json).collect::<Vec<_>>(),
     }))
+}
+
+/// Stages that took a millisecond or more, the longest first.
+fn stages(of: &[(&str, f64)]) -> String {
+    let mut of: Vec<_> = of.iter().filter(|(_, took)| *took >= 1.0).collect();
+    of.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+    let texts: Vec<String> = of
+        .iter()
+        .map(|(name, took)| format!("{name} {took:.0}"))
+        .collect();
+    texts.join(", ")
 }
 
 /// The folder of `--pictures`, where scenes of one name would write over each other's.
