@@ -208,7 +208,9 @@ fn pictures_are_measured_on_the_cpu() {
         assert!(first > 0.0 && first <= last, "{edit}");
         let shown = of("shown_milliseconds");
         assert!(shown > 0.0 && shown <= first, "{edit}");
-        assert!((0.0..1.0).contains(&of("shown_off")), "{edit}");
+        let [shown_off, first_off] = [of("shown_off"), of("first_off")];
+        assert!((0.0..1.0).contains(&shown_off), "{edit}");
+        assert!((0.0..1.0).contains(&first_off), "{edit}");
         assert!(of("longest_milliseconds") > 0.0, "{edit}");
         let stages = edit["first_stages"].as_array().unwrap();
         let names: Vec<&str> = stages.iter().map(|s| s["name"].as_str().unwrap()).collect();

@@ -25,6 +25,8 @@ pub struct WindowCost {
     pub shown_off: f64,
     /// Median milliseconds to the first picture of every light and term.
     pub first_milliseconds: f64,
+    /// How far that one is from the last one at most, as `shown_off`.
+    pub first_off: f64,
     /// Mean seconds of all cores together to that one, where the system tells.
     pub first_core_seconds: Option<f64>,
     /// What ran until then, in the order of its first run, and its mean milliseconds. Some run beside each other.
@@ -43,6 +45,7 @@ impl WindowCost {
             "shown_milliseconds": self.shown_milliseconds,
             "shown_off": self.shown_off,
             "first_milliseconds": self.first_milliseconds,
+            "first_off": self.first_off,
             "first_core_seconds": self.first_core_seconds,
             "first_stages": self.first_stages.iter().map(|(name, milliseconds)| {
                 json!({ "name": name, "milliseconds": milliseconds })
@@ -96,12 +99,21 @@ struct Run {
     shown: f64,
     off: f64,
     first: f64,
+    first_off: f64,
     first_core_seconds: Option<f64>,
     first_stages: Vec<(&'static str, f64)>,
     settled: f64,
     longest: f64,
     /// None where it showed no new picture before the last one, of one size.
     pictures: Option<EditPictures>,
+}
+
+/// The first picture of every light and term.
+struct First {
+    milliseconds: f64,
+    core_seconds: Option<f64>,
+    stages: Vec<(&'static str, f64)>,
+    pixels: Vec<[u8; 4]>,
 }
 
 /// Edits `scene` there and back in a window, as [`scene_costs`](super::cpu_frames::scene_costs) does. `seen` gets what it showed after
@@ -143,6 +155,7 @@ pub fn window_costs(
             shown_milliseconds: median(runs.iter().map(|run| run.shown)),
             shown_off: runs.iter().fold(0.0, |most, run| run.off.max(most)),
             first_milliseconds: median(runs.iter().map(|run| run.first)),
+            first_off: runs.iter().fold(0.0, |most, run| run.first_off.max(most)),
             first_core_seconds: seconds.map(mean),
             first_stages: mean_stages(&runs),
             settled_milliseconds: median(runs.iter().map(|run| run.settled)),
@@ -186,13 +199,23 @@ fn watch(
             shown = Some((milliseconds(start), display.pixels.to_vec()));
         }
         if progress.is_shown && progress.is_shaded && first.is_none() {
-            first = Some((milliseconds(start), since(before), stages_of(live)));
+            first = Some(First {
+                milliseconds: milliseconds(start),
+                core_seconds: since(before),
+                stages: stages_of(live),
+                pixels: live.display().pixels.to_vec(),
+            });
         }
         if progress.is_done {
             let settled = milliseconds(start);
-            let (first, first_core_seconds, first_stages) =
-                first.unwrap_or_else(|| (settled, since(before), stages_of(live)));
+            let core_seconds = since(before);
             let last = live.display();
+            let first = first.unwrap_or_else(|| First {
+                milliseconds: settled,
+                core_seconds,
+                stages: stages_of(live),
+                pixels: last.pixels.to_vec(),
+            });
             let (shown, off, pictures) = match shown {
                 Some((shown, pixels)) => (
                     shown,
@@ -205,9 +228,10 @@ fn watch(
                 pictures,
                 shown,
                 off,
-                first,
-                first_core_seconds,
-                first_stages,
+                first: first.milliseconds,
+                first_off: difference(&first.pixels, last.pixels),
+                first_core_seconds: first.core_seconds,
+                first_stages: first.stages,
                 settled,
                 longest,
             });
@@ -271,6 +295,7 @@ mod tests {
             shown: 0.0,
             off: 0.0,
             first: 0.0,
+            first_off: 0.0,
             first_core_seconds: None,
             first_stages: stages.to_vec(),
             settled: 0.0,

@@ -33,7 +33,7 @@ use crate::cli::{Failure, Outcome, output_folder, print_line, write_output};
 ///
 /// `--window`: the same edits in a window on the CPU: time to the first new picture, a draft perhaps, and how
 /// far it is from the last one at most (relative RMS of their levels); time to the first picture of every
-/// light and term, seconds of all cores to it and milliseconds of each stage until then, time to the last
+/// light and term, how far it is from the last one, seconds of all cores to it and milliseconds of each stage until then, time to the last
 /// one, and the longest time that the renderer keeps the window from input.
 ///
 /// `--against PROGRAM` runs this build and another, each as `bench frames --json` in a process of its
@@ -304,13 +304,14 @@ fn in_window(args: &Args, path: &Path, scene: &Scene) -> Result<Value, Failure> 
     written?;
     if !args.json {
         print_line(format_args!(
-            "{}: cpu: {}, in a window\n  {:20} {:>10} {:>7} {:>10} {:>8} {:>10} {:>10}  ms to the first by stage",
+            "{}: cpu: {}, in a window\n  {:20} {:>10} {:>7} {:>10} {:>7} {:>8} {:>10} {:>10}  ms to the first by stage",
             path.display(),
             counted(rayon::current_num_threads(), "thread", "threads"),
             "",
             "shown, ms",
             "off, %",
             "first, ms",
+            "off, %",
             "core-s",
             "last, ms",
             "longest"
@@ -321,11 +322,12 @@ fn in_window(args: &Args, path: &Path, scene: &Scene) -> Result<Value, Failure> 
         };
         costs.iter().try_for_each(|cost| {
             print_line(format_args!(
-                "  {:20} {:10.1} {:7.1} {:10.1} {} {:10.1} {:10.1}  {}",
+                "  {:20} {:10.1} {:7.1} {:10.1} {:7.1} {} {:10.1} {:10.1}  {}",
                 cost.name,
                 cost.shown_milliseconds,
                 100.0 * cost.shown_off,
                 cost.first_milliseconds,
+                100.0 * cost.first_off,
                 seconds(cost.first_core_seconds),
                 cost.settled_milliseconds,
                 cost.longest_milliseconds,
