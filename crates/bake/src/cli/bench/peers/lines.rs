@@ -2,7 +2,7 @@
 
 use crate::cli::{Outcome, print_line};
 
-/// Above [`line`]s.
+/// Above [`line()`]s.
 pub fn head() -> Outcome {
     print_line(format_args!(
         "  {:40} {:>9} {:>9} {:>9}",
