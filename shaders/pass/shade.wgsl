@@ -100,7 +100,7 @@ const MAPS_PER_WORD: u32 = 4u;
 // The terms that are drawn; the others are not part of the pipeline.
 override TERMS: u32 = 7u;
 
-// Words of counters before the points that are shaded.
+// Words of the counters: how many points are shaded, and the first of them.
 const N_SHADED: u32 = 20u;
 const FIRST_SHADED: u32 = 21u;
 

@@ -100,7 +100,10 @@ def curve_of(draw: Callable[[int, int], Array], truth: Truth) -> Curve:
         before = used()
         pictures = [draw(7000 + seed, n) for seed in range(seeds)]
         curve.core_seconds.append((used() - before) / seeds)
-        curve.errors.append(float(np.sqrt(np.mean([truth.mean_square(picture) for picture in pictures]))))
+        square = float(np.mean([truth.mean_square(picture) for picture in pictures]))
+        if square <= 0.0:
+            raise SystemExit(f"the truth's noise hides the error of {n} samples; it needs more")
+        curve.errors.append(float(np.sqrt(square)))
     return curve
 
 

@@ -112,7 +112,7 @@ pub struct Goal {
     pub converged: Option<f64>,
     /// Core-seconds of plain paths, whose error falls as `n^-1/2`.
     pub paths: Option<f64>,
-    /// Whether the paths that were measured err by more.
+    /// Whether the paths that were measured all err by more, or all by less.
     pub is_extrapolated: bool,
 }
 
@@ -154,12 +154,16 @@ impl Convergences {
     /// What `relative_rmse` costs.
     pub fn goal(&self, relative_rmse: f64) -> Goal {
         let [paths, converged] = self.core_seconds_to(relative_rmse);
-        let errors = self.points.iter().filter_map(|point| point.plain);
+        let errors = || self.points.iter().filter_map(|point| point.plain);
+        let (least, most) = (
+            errors().fold(f64::INFINITY, f64::min),
+            errors().fold(0.0, f64::max),
+        );
         Goal {
             relative_rmse,
             converged,
             paths,
-            is_extrapolated: errors.fold(f64::INFINITY, f64::min) > relative_rmse,
+            is_extrapolated: !(least..=most).contains(&relative_rmse),
         }
     }
 
@@ -583,6 +587,7 @@ mod tests {
         near(at(0.01)[0], 1.0 + 1600.0);
         // The paths' last error is 10 %.
         assert!(found.goal(0.09).is_extrapolated && !found.goal(0.1).is_extrapolated);
+        assert!(found.goal(0.21).is_extrapolated && !found.goal(0.19).is_extrapolated);
     }
 
     /// Pictures that are off by 5 % in the mean, and by 20 % each.

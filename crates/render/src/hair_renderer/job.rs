@@ -126,8 +126,16 @@ impl ShadingJob {
 pub(crate) enum Stepped {
     /// Which points are to be shaded is not known yet.
     AwaitsList,
-    /// A step of a stage, of so many units, was submitted.
-    Ran(&'static str, f64),
+    /// A list was submitted.
+    Listed,
+    /// A step was submitted.
+    Ran {
+        stage: &'static str,
+        /// How much of the stage's work it is.
+        units: f64,
+        /// Is it exactly that much? Not of a list whose points the device alone has counted.
+        is_counted: bool,
+    },
     /// An edit came early in the job, which began again.
     Restarted,
     /// The job is done and its radiance is shown.

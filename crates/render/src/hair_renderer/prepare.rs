@@ -51,9 +51,9 @@ impl HairRenderer {
                 }
             }
             match self.step(POINT_CHUNK)? {
-                Some(Stepped::Ran(..)) => left -= 1,
+                Some(Stepped::Ran { .. }) => left -= 1,
                 // Hosts have no lists.
-                Some(Stepped::AwaitsList) => break,
+                Some(Stepped::AwaitsList | Stepped::Listed) => break,
                 Some(Stepped::Restarted | Stepped::Done(_)) | None => {}
             }
         }

@@ -199,6 +199,14 @@ impl HairRenderer {
             self.report.ran("voxelise");
         }
         let is_known = !job.awaits_list() || self.take_list()?;
+        if self
+            .visible
+            .as_ref()
+            .is_some_and(|visible| visible.has_submitted)
+        {
+            // Whoever times it does so before anything else is submitted.
+            return Ok(Some(Stepped::Listed));
+        }
         let Some(job) = &mut self.job else {
             return Ok(None);
         };
@@ -216,11 +224,16 @@ impl HairRenderer {
         };
         let stage = step.stage();
         let units = self.lighting.units(&step);
+        let is_counted = self.lighting.is_counted(&step);
         let stamp = self.clock.stamp(stage);
         let (strands, volume) = (&self.strands, &self.volume);
         let back = 1 - self.front;
         self.lighting
             .submit(&self.context, strands, volume, &step, back, stamp);
-        Ok(Some(Stepped::Ran(stage, units)))
+        Ok(Some(Stepped::Ran {
+            stage,
+            units,
+            is_counted,
+        }))
     }
 }

@@ -318,8 +318,24 @@ impl ProgressiveRenderer {
     }
 
     fn submitted(&mut self, stage: &'static str, units: f64) -> Result<(), RenderError> {
+        self.submitted_units(stage, units, true)
+    }
+
+    /// [`ProgressiveRenderer::submitted`] of a step that may have been less than `units`: the time of a unit is not learnt
+    /// from it.
+    fn submitted_uncounted(&mut self, stage: &'static str, units: f64) -> Result<(), RenderError> {
+        self.submitted_units(stage, units, false)
+    }
+
+    fn submitted_units(
+        &mut self,
+        stage: &'static str,
+        units: f64,
+        are_counted: bool,
+    ) -> Result<(), RenderError> {
         let report = &mut self.hair.report;
         report.ran(stage);
+        let units = (units, are_counted);
         self.pacer
             .submitted(&self.hair.context, stage, units, |(name, _, _, seconds)| {
                 report.took(name, seconds);

@@ -127,7 +127,9 @@ impl Pacer {
         let finished = std::mem::take(&mut flight.finished);
         drop(flight);
         for &(stage, _, units, seconds) in &finished {
-            self.learn(stage, units, seconds);
+            if units > 0.0 {
+                self.learn(stage, units, seconds);
+            }
         }
         finished.into_iter().for_each(note);
     }
@@ -171,7 +173,8 @@ impl Pacer {
         }
     }
 
-    /// Says that a step was submitted, or collected.
+    /// Says that a step of so many units was submitted, or collected, and whether they were counted. Nothing is learnt
+    /// from those that were not.
     ///
     /// # Errors
     /// The device failed.
@@ -179,10 +182,11 @@ impl Pacer {
         &mut self,
         context: &Context,
         stage: &'static str,
-        units: f64,
+        (units, are_counted): (f64, bool),
         mut note: impl FnMut(Finished),
     ) -> Result<(), RenderError> {
         let (estimate, is_known) = (self.estimate(stage, units), self.rate(stage).is_some());
+        let units = if are_counted { units } else { 0.0 };
         self.submitted += estimate;
         if !self.is_waiting {
             self.watch(context, stage, units, estimate);

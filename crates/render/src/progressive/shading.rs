@@ -65,7 +65,7 @@ impl ProgressiveRenderer {
         let stepped = self.hair.step(chunk)?;
         self.submitted_list()?;
         match stepped {
-            None => Ok(()),
+            None | Some(Stepped::Listed) => Ok(()),
             Some(Stepped::AwaitsList) => {
                 self.is_listing = true;
                 Ok(())
@@ -74,7 +74,12 @@ impl ProgressiveRenderer {
                 self.has_begun();
                 Ok(())
             }
-            Some(Stepped::Ran(stage, units)) => self.submitted(stage, units),
+            Some(Stepped::Ran {
+                stage,
+                units,
+                is_counted: true,
+            }) => self.submitted(stage, units),
+            Some(Stepped::Ran { stage, units, .. }) => self.submitted_uncounted(stage, units),
             Some(Stepped::Done(job)) => {
                 let hair = &self.hair;
                 if job.dirty.has(Inputs::PROXIES) {

@@ -295,7 +295,8 @@ impl ProgressiveRenderer {
         }
         let report = &mut self.hair.report;
         let took = |(name, _, _, seconds): pace::Finished| report.took(name, seconds);
-        self.pacer.submitted(&self.hair.context, "list", 1.0, took)
+        self.pacer
+            .submitted(&self.hair.context, "list", (1.0, true), took)
     }
 
     /// Draws the sums of the target from the visibility list, if one is there.

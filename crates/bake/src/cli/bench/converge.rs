@@ -182,8 +182,10 @@ pub(super) fn print_goal(goal: &Goal, error: &str, named: &str) -> Outcome {
         let digits = if ratio < 1.0 { 2 } else { 1 };
         format!(": {ratio:.digits$} times as long")
     });
+    // Of paths any error is known, if one was measured.
     let reached = |value: Option<f64>| match value {
         Some(value) => format!("{value:.1} core-s"),
+        None if goal.paths.is_none() => "not known".to_owned(),
         None => "not reached".to_owned(),
     };
     let mark = match goal.is_extrapolated && goal.paths.is_some() {

@@ -32,8 +32,8 @@ use lines::{head, line};
 /// `--scattering total`: all scattering, of the picture, of `render --converge`, and of plain paths as
 /// `reference --method path` traces them; core-seconds from the loaded scene to errors of 5, 3 and 1 %
 /// and to that of the picture. The truth is path tracing, in the light of the map of scenes that
-/// name one (lights.map), of the light set of others. Errors of paths fall as n^-1/2: beyond the samples
-/// measured they are extrapolated, which is marked.
+/// name one (lights.map), of the light set of others. Errors of paths fall as n^-1/2: beyond those measured,
+/// either way, they are extrapolated, which is marked.
 #[derive(clap::Args)]
 pub struct Args {
     /// Scene files (TOML)
@@ -54,7 +54,7 @@ pub struct Args {
     /// Shadow rays of each sample of brute force, 1..=1024; `reference` has 24 [default: 24]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
     rays: Option<u32>,
-    /// Samples per pixel of each half of the truth, 1..=65536; with --scattering total by default 256
+    /// Samples per pixel of each half of the truth, 1..=65536; with --scattering total 2 at least, by default 256
     #[arg(long, value_name = "N", default_value_t = 16,
         default_value_if("scattering", ArgPredicate::Equals("total".into()), "256"),
         value_parser = clap::value_parser!(u32).range(1..=65_536))]

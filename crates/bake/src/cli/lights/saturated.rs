@@ -11,6 +11,9 @@ const RATIO: f32 = 100.0;
 /// The pixel has at least this share of its channel's light.
 const LEAST_SHARE: f64 = 0.01;
 
+/// More pixels than this are a lamp, or a map of one colour.
+const MOST: usize = 8;
+
 /// A pixel with much of a channel's light and next to none of the others'.
 #[derive(Clone, Copy)]
 struct Saturated {
@@ -49,6 +52,9 @@ pub fn remark(map: &Map) -> Option<String> {
         .iter()
         .max_by(|a, b| a.radiance.total_cmp(&b.radiance))?;
     found.retain(|pixel| pixel.channel == brightest.channel);
+    if found.len() > MOST {
+        return None;
+    }
     let Saturated {
         at: [x, y],
         channel,
@@ -59,7 +65,7 @@ pub fn remark(map: &Map) -> Option<String> {
     let percent = 100.0 * share;
     let pixels = match found.len() {
         1 => format!("pixel {x}, {y} has"),
-        n => format!("{n} pixels about {x}, {y} have"),
+        n => format!("{n} pixels, the brightest at {x}, {y}, have"),
     };
     let name = CHANNELS[channel];
     Some(format!(
@@ -86,7 +92,7 @@ mod tests {
         let spots = [([3, 4], [0.0, 0.0, 60.0]), ([4, 4], [0.1, 0.2, 90.0])];
         let said = remark_of(&spots).expect("two spots");
         for part in [
-            "2 pixels about 4, 4 have",
+            "2 pixels, the brightest at 4, 4, have",
             "% of the map's blue",
             "up to 90",
         ] {
@@ -104,6 +110,9 @@ mod tests {
         assert_eq!(remark_of(&[([3, 4], [100.0, 1.0, 1.0])]), None);
         // Little of the light of its channel.
         assert_eq!(remark_of(&[([3, 4], [0.0, 0.0, 0.5])]), None);
+        // A map of one colour.
+        let red = Map::new(16, 8, vec![[1.0, 0.0, 0.0]; 128]).expect("a map");
+        assert_eq!(remark(&red), None);
         let black = Map::new(16, 8, vec![[0.0; 3]; 128]).expect("a map");
         assert_eq!(remark(&black), None);
     }

@@ -117,7 +117,7 @@ mod tests {
     /// What the device makes of a number of points is what the host makes of it: none, few, and more than a row of
     /// groups has threads.
     #[test]
-    fn the_device_cuts_lists_as_the_host_does() {
+    fn gpu_the_device_cuts_lists_as_the_host_does() {
         let context = Context::new().unwrap();
         let mut pass = SlicePass::new(&context).unwrap();
         let counters = storage(&context, "counters", 4 * u64::from(FIRST_SHADED));

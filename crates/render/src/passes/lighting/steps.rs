@@ -113,6 +113,11 @@ impl Lighting {
         }
     }
 
+    /// Does [`Lighting::units`] know how much a step is?
+    pub fn is_counted(&self, step: &Step) -> bool {
+        !self.is_blind() || step.points().is_none()
+    }
+
     /// About how many points of the list, or of all, these are.
     fn n_of(&self, points: &Range<u32>) -> f64 {
         let mut end = points.end;
