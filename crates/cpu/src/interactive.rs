@@ -181,10 +181,10 @@ impl InteractiveRenderer {
 
     /// Shows the picture that there is now, if it is another one.
     fn take_up(&mut self, advance: &Advance) {
-        let picture = match self.is_to_be_shown(advance) {
+        let (picture, seconds) = timed(|| match self.is_to_be_shown(advance) {
             true => self.renderer.shown(self.size),
             false => None,
-        };
+        });
         if self.is_reprojected && self.renderer.has_waiting_view() {
             self.frame_version = advance.version;
         }
@@ -192,6 +192,8 @@ impl InteractiveRenderer {
             self.frame_version = advance.version;
             let stats = self.renderer.take_stats();
             self.show(&picture, stats);
+            self.report.ran("composite");
+            self.report.took("composite", seconds);
         }
         if advance.is_done {
             // Of maps for other views to come.

@@ -1,119 +1,131 @@
 //! Pixels of a map that are bright in one channel alone.
 
+use std::f64::consts::PI;
+
 use strandlight_images::Map;
 
 /// Names of the channels.
 const CHANNELS: [&str; 3] = ["red", "green", "blue"];
 
-/// The channel is more than so many times each of the others.
+/// The channel is more than so many times each of the others,
 const RATIO: f32 = 100.0;
 
-/// The pixel has at least this share of its channel's light.
+/// and so many times its mean over the map.
+const BRIGHT: f64 = 30.0;
+
+/// All such pixels have at least this share of the channel's light,
 const LEAST_SHARE: f64 = 0.01;
 
-/// More pixels than this are a lamp, or a map of one colour.
-const MOST: usize = 8;
+/// and cover this share of the sphere at most, some three degrees about one of them: else they are a lamp.
+const MOST_AREA: f64 = 7e-4;
 
-/// A pixel with much of a channel's light and next to none of the others'.
-#[derive(Clone, Copy)]
+/// Pixels with light of one channel and next to none of the others'.
+#[derive(Clone, Copy, Default)]
 struct Saturated {
-    at: [usize; 2],
-    channel: usize,
-    radiance: f32,
+    count: usize,
+    /// Share of the channel's light.
     share: f64,
+    /// Share of the sphere.
+    area: f64,
+    /// Radiance of the brightest, and where it is.
+    most: f32,
+    at: [usize; 2],
 }
 
-/// Says of pixels that hold much of one channel's light and next to none of the others' where they are. Lossy
+/// Says of a few pixels that hold much of one channel's light and next to none of the others' where they are. Lossy
 /// compression leaves such where a sun was, and a light set has a sun of that colour then.
 pub fn remark(map: &Map) -> Option<String> {
     let (energy, grid) = (map.energy(), map.grid());
-    let found = (0..grid.height).flat_map(|j| {
+    let mut found = [Saturated::default(); 3];
+    for j in 0..grid.height {
         let solid_angle = grid.solid_angle(j);
-        let pixels = map.row(j).iter().enumerate();
-        pixels.filter_map(move |(i, rgb)| {
-            let is_alone = |channel: &usize| {
+        for (i, rgb) in map.row(j).iter().enumerate() {
+            for (channel, found) in found.iter_mut().enumerate() {
                 let others = [1, 2].map(|step: usize| rgb[(channel + step) % 3]);
-                others.iter().all(|other| rgb[*channel] > RATIO * other)
-            };
-            let channel = (0..3).find(is_alone)?;
-            let radiance = rgb[channel];
-            let share = f64::from(radiance) * solid_angle / energy[channel];
-            let at = [i, j];
-            (share >= LEAST_SHARE).then_some(Saturated {
-                at,
-                channel,
-                radiance,
-                share,
-            })
-        })
-    });
-    let mut found: Vec<Saturated> = found.collect();
-    let brightest = *found
-        .iter()
-        .max_by(|a, b| a.radiance.total_cmp(&b.radiance))?;
-    found.retain(|pixel| pixel.channel == brightest.channel);
-    if found.len() > MOST {
-        return None;
+                let is_alone = others.iter().all(|other| rgb[channel] > RATIO * other);
+                let radiance = f64::from(rgb[channel]);
+                if !is_alone || radiance < BRIGHT * energy[channel] / (4.0 * PI) {
+                    continue;
+                }
+                found.count += 1;
+                found.share += radiance * solid_angle / energy[channel];
+                found.area += solid_angle / (4.0 * PI);
+                if rgb[channel] > found.most {
+                    (found.most, found.at) = (rgb[channel], [i, j]);
+                }
+            }
+        }
     }
-    let Saturated {
-        at: [x, y],
-        channel,
-        radiance,
-        ..
-    } = brightest;
-    let share: f64 = found.iter().map(|pixel| pixel.share).sum();
-    let percent = 100.0 * share;
-    let pixels = match found.len() {
+    let few = (found.iter().zip(CHANNELS))
+        .filter(|(found, _)| found.share >= LEAST_SHARE && found.area <= MOST_AREA);
+    let texts: Vec<String> = few.map(|(found, name)| text(found, name)).collect();
+    (!texts.is_empty()).then(|| texts.join("; "))
+}
+
+fn text(found: &Saturated, name: &str) -> String {
+    let [x, y] = found.at;
+    let pixels = match found.count {
         1 => format!("pixel {x}, {y} has"),
         n => format!("{n} pixels, the brightest at {x}, {y}, have"),
     };
-    let name = CHANNELS[channel];
-    Some(format!(
-        "{pixels} {percent:.0} % of the map's {name} and next to nothing else (up to {radiance}): \
-         if the file is damaged there, the lights are too {name}"
-    ))
+    let (percent, most) = (100.0 * found.share, found.most);
+    format!(
+        "{pixels} {percent:.0} % of the map's {name} and next to nothing else (up to {most}): if the file is \
+         damaged there, the lights are too {name}"
+    )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// An even map of 16 x 8 pixels with `spots` in it.
-    fn remark_of(spots: &[([usize; 2], [f32; 3])]) -> Option<String> {
-        let mut pixels = vec![[1.0; 3]; 16 * 8];
+    /// An even map of 256 x 128 pixels with `spots` in it, each pixel cut into `finer` times as many across and down.
+    fn remark_of(spots: &[([usize; 2], [f32; 3])], finer: usize) -> Option<String> {
+        let mut pixels = vec![[1.0; 3]; 256 * 128];
         for ([x, y], rgb) in spots {
-            pixels[x + 16 * y] = *rgb;
+            pixels[x + 256 * y] = *rgb;
         }
-        remark(&Map::new(16, 8, pixels).expect("a map"))
+        let map = Map::new(256, 128, pixels).expect("a map");
+        remark(&map.subdivided(256 * finer))
     }
 
     #[test]
     fn bright_pixels_of_one_channel_alone_are_told() {
-        let spots = [([3, 4], [0.0, 0.0, 60.0]), ([4, 4], [0.1, 0.2, 90.0])];
-        let said = remark_of(&spots).expect("two spots");
+        let spots = [([30, 64], [0.0, 0.0, 600.0]), ([31, 64], [0.1, 0.2, 900.0])];
+        let said = remark_of(&spots, 1).expect("two spots");
         for part in [
-            "2 pixels, the brightest at 4, 4, have",
-            "% of the map's blue",
-            "up to 90",
+            "2 pixels, the brightest at 31, 64, have",
+            "7 % of the map's blue",
+            "up to 900",
         ] {
             assert!(said.contains(part), "{said}");
         }
-        let one = remark_of(&[([0, 0], [1e4, 0.0, 0.0])]).expect("a spot");
-        assert!(one.starts_with("pixel 0, 0 has 9"), "{one}");
+        // As much of the same map in more pixels.
+        let said = remark_of(&spots, 4).expect("two spots");
+        assert!(
+            said.contains("32 pixels") && said.contains("7 % of"),
+            "{said}"
+        );
+        // Two channels.
+        let spots = [spots[0], ([90, 20], [5e3, 0.0, 0.0])];
+        let said = remark_of(&spots, 1).expect("two spots");
+        assert!(said.contains("too red; pixel 30, 64 has 3 %"), "{said}");
     }
 
     #[test]
     fn suns_coloured_lamps_and_dark_maps_are_not() {
-        assert_eq!(remark_of(&[]), None);
+        let is_said = |rgb: [f32; 3]| remark_of(&[([30, 64], rgb)], 1).is_some();
+        assert!(remark_of(&[], 1).is_none());
         // A sun, and a lamp that has a hundredth of its light in the other channels.
-        assert_eq!(remark_of(&[([3, 4], [9e3, 1e4, 8e3])]), None);
-        assert_eq!(remark_of(&[([3, 4], [100.0, 1.0, 1.0])]), None);
+        assert!(!is_said([9e3, 1e4, 8e3]) && !is_said([1e3, 10.0, 10.0]));
         // Little of the light of its channel.
-        assert_eq!(remark_of(&[([3, 4], [0.0, 0.0, 0.5])]), None);
-        // A map of one colour.
-        let red = Map::new(16, 8, vec![[1.0, 0.0, 0.0]; 128]).expect("a map");
-        assert_eq!(remark(&red), None);
-        let black = Map::new(16, 8, vec![[0.0; 3]; 128]).expect("a map");
-        assert_eq!(remark(&black), None);
+        assert!(!is_said([0.0, 0.0, 200.0]) && is_said([0.0, 0.0, 900.0]));
+        // A lamp, and maps of one colour and of none.
+        let lamp: Vec<_> = (20..60).map(|x| ([x, 64], [0.0, 0.0, 900.0])).collect();
+        assert!(remark_of(&lamp, 1).is_none());
+        for rgb in [[1.0, 0.0, 0.0], [0.0; 3]] {
+            let map = Map::new(16, 8, vec![rgb; 128]).expect("a map");
+            assert_eq!(remark(&map), None);
+        }
     }
 }
