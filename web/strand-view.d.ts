@@ -59,6 +59,12 @@ export class StrandView extends HTMLElement {
   /** The viewer's program, `strandview_bg.wasm` beside this module by default; read by the first element. */
   static program: string | URL;
 
+  /**
+   * The program that draws on several processors where no GPU does, `strandview_threads_bg.wasm` beside this module by default; read where the page may
+   * share memory. Undefined in packages that were made without `--threads`.
+   */
+  static threads: string | URL | undefined;
+
   /** Tables of scenes that name none, `default.tables` beside this module by default. */
   static tables: string | URL;
 
@@ -70,6 +76,9 @@ export class StrandView extends HTMLElement {
 
   /** Attribute `renderer`; `auto` is the GPU where the browser offers one. Another one loads the scene again that was loaded last. */
   renderer: "auto" | "gpu" | "cpu";
+
+  /** How many threads draw where no GPU does: 1 until others have started. */
+  readonly threads: number;
 
   /** Has the scene changes that were not saved from the panel? */
   readonly isModified: boolean;

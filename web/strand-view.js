@@ -2,6 +2,7 @@
 // and answers is in strand-view.d.ts.
 
 import { instantiate } from "./strandview.js";
+import { threads } from "./threads.js";
 
 const text = (error) => (error instanceof Error ? error.message : String(error));
 
@@ -22,11 +23,10 @@ const addStyle = () => {
   document.adoptedStyleSheets.push(sheet);
 };
 
-// Compiled once for all elements, each of which has an instance to itself.
-let compiled;
+// By address: compiled once for all elements, each of which has an instance to itself.
+const compiled = new Map();
 
-const compile = async () => {
-  const address = String(StrandView.program);
+const compile = async (address) => {
   const response = await fetch(address);
   if (!response.ok) throw new Error(`cannot fetch ${address}: HTTP status ${response.status}`);
   // Servers that do not know programs send them as bytes, which browsers do not compile as they come.
@@ -34,18 +34,23 @@ const compile = async () => {
   return isKnown ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
 };
 
-const program = () => {
-  compiled ??= compile().catch((error) => {
+const program = (address) => {
+  const key = String(address);
+  const known = compiled.get(key);
+  if (known) return known;
+  const module = compile(key).catch((error) => {
     // The next element tries again.
-    compiled = undefined;
+    compiled.delete(key);
     throw error;
   });
-  return compiled;
+  compiled.set(key, module);
+  return module;
 };
 
-// What a worker does: it draws as the page's messages say. Elements that a GPU draws start none. This function and the program
-// are sent to it as they are written: no file has to be found beside this module, whoever has bundled it.
-const draw = (instantiate) => {
+// What a worker does: it draws as the page's messages say. Elements that a GPU draws start none. This function and the programs
+// are sent to it as they are written: no file has to be found beside this module, whoever has bundled it. Where the page may share
+// memory the worker draws with threads: more workers, which are sent the same.
+const draw = (instantiate, instantiateThreads) => {
   const loop = new MessageChannel();
   const waiting = [];
   let worker;
@@ -66,30 +71,76 @@ const draw = (instantiate) => {
     if (answer) postMessage(answer, [answer.buffer]);
     if (worker.is_working()) goOn();
   };
-  onmessage = async ({ data }) => {
-    if (!(data instanceof WebAssembly.Module)) {
-      if (worker) take(data);
-      else waiting.push(data);
-      return;
-    }
+  const startThread = (address, module, memory) =>
+    new Promise((resolve, reject) => {
+      const thread = new Worker(address);
+      thread.onmessage = resolve;
+      thread.onerror = (event) => reject(new Error(event.message ?? "a thread cannot be loaded"));
+      thread.postMessage({ module, memory });
+    });
+  const startThreads = async ({ module, source, nThreads }, memory) => {
+    const address = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
     try {
-      const instance = instantiate();
-      await instance({ module_or_path: data });
-      worker = new instance.PageWorker();
-    } catch (error) {
-      postMessage(String(error));
+      await Promise.all(Array.from({ length: nThreads - 1 }, () => startThread(address, module, memory)));
+    } finally {
+      URL.revokeObjectURL(address);
+    }
+  };
+  const start = async ({ module, nThreads, ...head }) => {
+    const isThread = Boolean(head.memory);
+    const instance = isThread || nThreads > 1 ? instantiateThreads() : instantiate();
+    const { memory } = await instance({ module_or_path: module, memory: head.memory });
+    if (isThread) {
+      postMessage("ready");
+      instance.run_thread();
       return;
     }
+    const starting = new instance.PageWorker();
+    if (nThreads > 1) {
+      try {
+        await startThreads({ module, nThreads, ...head }, memory);
+        starting.use_threads(nThreads);
+      } catch (error) {
+        console.warn(`strandview: the worker draws on one thread: ${error}`);
+        nThreads = 1;
+      }
+    }
+    head.port.postMessage(nThreads);
+    worker = starting;
     for (const message of waiting.splice(0)) take(message);
+  };
+  onmessage = ({ data }) => {
+    if (data.module) start(data).catch((error) => postMessage(String(error)));
+    else if (worker) take(data);
+    else waiting.push(data);
   };
 };
 
-const startWorker = (module) => {
-  const source = new Blob([`(${draw})(${instantiate})`], { type: "text/javascript" });
-  const address = URL.createObjectURL(source);
+// A worker that draws with `module` or, where the page may share memory, with the program that has threads. How many it has is
+// told to `tellThreads`.
+const startWorker = (module, tellThreads) => {
+  const source = `(${draw})(${instantiate}, ${threads?.instantiate})`;
+  const address = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
   try {
     const worker = new Worker(address);
-    worker.postMessage(module);
+    const { port1, port2: port } = new MessageChannel();
+    port1.onmessage = ({ data }) => tellThreads(data);
+    const begin = (head) => worker.postMessage({ ...head, port }, [port]);
+    const onOneThread = () => begin({ module, nThreads: 1 });
+    const nProcessors = navigator.hardwareConcurrency ?? 1;
+    // One is left to the page, where that leaves more than one.
+    const nThreads = Math.max(nProcessors - 1, 2);
+    if (!threads || !globalThis.crossOriginIsolated || nProcessors === 1) {
+      onOneThread();
+      return worker;
+    }
+    program(StrandView.threads).then(
+      (shared) => begin({ module: shared, source, nThreads }),
+      (error) => {
+        console.warn(`strandview: the worker draws on one thread: ${text(error)}`);
+        onOneThread();
+      },
+    );
     return worker;
   } finally {
     URL.revokeObjectURL(address);
@@ -117,6 +168,8 @@ export class StrandView extends Element {
 
   static program = new URL("./strandview_bg.wasm", import.meta.url);
 
+  static threads = threads?.program;
+
   static tables = new URL("./default.tables", import.meta.url);
 
   #view; // of the program
@@ -125,6 +178,7 @@ export class StrandView extends Element {
   #cancel; // refuses the promise of what is being loaded
   #turn = 0; // of what is loaded or was; another one is another scene
   #isDue = false;
+  #threads = 1;
   #address; // of what was loaded last, until `src` is another
   #isDisposed = false;
   #waiting = []; // for the finished picture
@@ -198,6 +252,10 @@ export class StrandView extends Element {
     return this.#view?.is_modified() ?? false;
   }
 
+  get threads() {
+    return this.#threads;
+  }
+
   get camera() {
     const { fov_deg: fov, ...places } = JSON.parse(this.#shown().camera());
     return { ...places, fov };
@@ -264,7 +322,7 @@ export class StrandView extends Element {
     this.#address = address;
     const scene = new URL(address, document.baseURI).href;
     const tables = new URL(StrandView.tables, document.baseURI).href;
-    const module = await program();
+    const module = await program(StrandView.program);
     if (turn !== this.#turn) return;
     const instance = instantiate();
     await instance({ module_or_path: module });
@@ -272,6 +330,7 @@ export class StrandView extends Element {
     this.#canvas = document.createElement("canvas");
     this.prepend(this.#canvas);
     let renderer;
+    this.#threads = 1;
     let isShown = false;
     let later;
     const shown = new Promise((resolve, reject) => {
@@ -288,7 +347,7 @@ export class StrandView extends Element {
     });
     // What is said of a scene that could not be opened at all is the other promise's.
     shown.catch(() => {});
-    const start = () => startWorker(module);
+    const start = () => startWorker(module, (n) => turn === this.#turn && (this.#threads = n));
     const view = await instance.open(this.#canvas, scene, tables, this.renderer, this.panel, start, later);
     if (turn !== this.#turn) return view.close();
     this.#view = view;

@@ -31,6 +31,8 @@ mod mask_view;
 pub mod opening;
 #[cfg(all(target_arch = "wasm32", feature = "ui"))]
 mod page;
+#[cfg(target_arch = "wasm32")]
+pub mod page_worker;
 #[cfg(not(target_arch = "wasm32"))]
 mod plain_hair;
 // For the programs.
@@ -49,7 +51,7 @@ pub mod web;
 #[cfg(not(target_arch = "wasm32"))]
 #[doc(hidden)]
 pub mod work;
-#[cfg(any(test, all(target_arch = "wasm32", feature = "ui")))]
+#[cfg(any(test, target_arch = "wasm32"))]
 mod worker;
 
 pub use choice::{BackendChoice, Chosen, CpuReason};

@@ -18,7 +18,9 @@ use glam::Vec3;
 use serde_json::{Map, Value};
 use strandlight_formats::Scene;
 
-use crate::choice::{BackendChoice, Chosen, CpuReason};
+use crate::choice::CpuReason;
+#[cfg(any(not(target_arch = "wasm32"), feature = "ui"))]
+use crate::choice::{BackendChoice, Chosen};
 use crate::error::SessionError;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::ground_truth::GroundTruth;
@@ -120,6 +122,7 @@ impl Viewer {
     }
 
     /// The same, `on_cpu` being what draws without a device.
+    #[cfg(any(not(target_arch = "wasm32"), feature = "ui"))]
     pub(crate) fn choose_from(
         choice: BackendChoice,
         chosen: Chosen,

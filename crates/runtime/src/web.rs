@@ -17,7 +17,7 @@ use crate::choice::BackendChoice;
 use crate::page::{self, words};
 use crate::session::Session;
 use crate::ui::{self, EventLog, Hosted, Launch, WorkerStart};
-use crate::worker::{Worker, files_of};
+use crate::worker::files_of;
 use strandlight_scene::files::Files;
 use strandlight_scene::tables::DEFAULT_FILE;
 
@@ -38,7 +38,7 @@ fn object(json: &str) -> Result<Map<String, Value>, JsError> {
 
 /// Opens the scene at the address `scene` in `canvas`, drawn by `renderer` (`auto`, `gpu`, `cpu`), with
 /// the tables at the address `tables` where the scene names none. `start_worker` answers a JavaScript `Worker` with a
-/// [`PageWorker`], which draws where no GPU does; where it throws, the page draws. `tell` is called with the name of
+/// [`PageWorker`](crate::page_worker::PageWorker), which draws where no GPU does; where it throws, the page draws. `tell` is called with the name of
 /// what happens and JSON: `say` with text to show in place of the canvas, the empty text when there
 /// is a picture, and events of the log.
 ///
@@ -167,38 +167,6 @@ impl View {
         page::set_tell(None);
         page::stop_listening();
         self.0.close().map_err(refused)
-    }
-}
-
-/// What draws in a worker: it has an instance of the program to itself, and no page.
-#[wasm_bindgen]
-#[derive(Default)]
-pub struct PageWorker(Worker);
-
-#[wasm_bindgen]
-impl PageWorker {
-    /// Draws nothing yet.
-    #[wasm_bindgen(constructor)]
-    pub fn new() -> PageWorker {
-        std::panic::set_hook(Box::new(|info| {
-            web_sys::console::error_1(&info.to_string().into());
-        }));
-        PageWorker::default()
-    }
-
-    /// Takes a message of the page.
-    pub fn take(&mut self, message: &[u8]) {
-        self.0.take(message);
-    }
-
-    /// Goes on with the picture; answers a message for the page, if there is something new.
-    pub fn work(&mut self) -> Option<Uint8Array> {
-        self.0.work().map(|message| Uint8Array::from(&message[..]))
-    }
-
-    /// Is there something to do?
-    pub fn is_working(&self) -> bool {
-        self.0.is_working()
     }
 }
 

@@ -53,6 +53,7 @@ fn the_package_is_whole_and_its_folder_is_nobody_elses() {
         "strand-view.js",
         "strandview.js",
         "strandview_bg.wasm",
+        "threads.js",
     ];
     assert_eq!(packed, wanted);
     let exported = manifest["exports"].as_object().expect("exports");

@@ -52,6 +52,7 @@ fn site(html: &str) -> (PathBuf, String) {
         "strand-view.js",
         "strandview.js",
         "strandview_bg.wasm",
+        "threads.js",
         "default.tables",
     ];
     copy(package(), &folder.join("strand-view"), &program);

@@ -6,8 +6,8 @@ use strandlight_formats::{BakedFile, Groom, Scene};
 
 use crate::web_common::browser::{Browser, WITH_WEBGPU, WITHOUT_WEBGPU};
 use crate::web_common::picture::{Pixels, keep, native, native_on_cpu};
-use crate::web_common::server::serve;
-use crate::web_common::{SCENE, build, page};
+use crate::web_common::server::{serve, serve_isolated};
+use crate::web_common::{SCENE, build, page, page_with_threads};
 
 const SIZE: [u32; 2] = [760, 400];
 
@@ -338,6 +338,60 @@ fn without_webgpu_the_cpu_draws_the_page() {
     assert_eq!(browser.console, warned);
 }
 
+/// How many threads draw, as the element tells.
+const THREADS: &str = "document.querySelector('strand-view').threads";
+
+/// Of the same scene the picture of a page with threads is that of one without, bit for bit, also after an edit; where the server
+/// does not let it share memory it draws on one thread and says nothing.
+#[test]
+#[ignore = "builds a standard library for shared memory: tests/run --tier threads"]
+fn a_page_that_may_share_memory_draws_with_threads() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let page = page_with_threads(folder.path());
+    let mut pictures = Vec::new();
+    for (address, is_shared) in [(serve_isolated(&page), true), (serve(&page), false)] {
+        let mut browser = Browser::start(WITHOUT_WEBGPU, SIZE);
+        browser.before_pages("globalThis.strandview_log = [];");
+        browser.go(&address);
+        browser.wait_for(&is_done(true));
+        assert_eq!(browser.evaluate("crossOriginIsolated"), is_shared);
+        let n_threads = browser.evaluate(THREADS).as_u64();
+        let n_wanted = browser
+            .evaluate("Math.max(navigator.hardwareConcurrency - 1, 2)")
+            .as_u64();
+        assert_eq!(n_threads, if is_shared { n_wanted } else { Some(1) });
+        let [left, top, right, bottom] = place(&mut browser, "View");
+        let extent = [left, top, right - left, bottom - top].map(|x| x as usize);
+        let opened = look(&mut browser, "web-threads-opened").part(extent);
+        let slider = place(&mut browser, "IOR slider");
+        let middle = [(slider[0] + slider[2]) / 2.0, (slider[1] + slider[3]) / 2.0];
+        browser.drag(middle, [slider[2] - 2.0, middle[1]]);
+        browser.wait_for(&is_done(false));
+        browser.mouse_away();
+        let edited = look(&mut browser, "web-threads-slid").part(extent);
+        assert!(edited.difference(&opened) > 0.5, "the slider did nothing");
+        assert_eq!(browser.console, Vec::<String>::new());
+        pictures.push([opened, edited]);
+    }
+    let [shared, alone] = &pictures[..] else {
+        unreachable!("two pages");
+    };
+    for (shared, alone) in shared.iter().zip(alone) {
+        assert_eq!(shared.difference(alone), 0.0);
+    }
+}
+
+/// Without the program of its threads a page that may share memory draws on one.
+#[test]
+fn a_page_without_a_program_for_threads_draws_on_one() {
+    let mut browser = Browser::start(WITHOUT_WEBGPU, SIZE);
+    browser.go(&serve_isolated(page()));
+    browser.wait_for(&is_done(true));
+    assert_eq!(browser.evaluate("crossOriginIsolated"), true);
+    assert_eq!(browser.evaluate(THREADS), 1);
+    assert_eq!(browser.console, Vec::<String>::new());
+}
+
 #[test]
 fn a_page_that_may_start_no_worker_draws_by_itself() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -371,17 +425,6 @@ const TIME_INPUT: &str = "
         }, { capture: true });
     }";
 
-/// A page of the scene that `STRANDLIGHT_SCENE` names, in `own`, or of the small one of the tests.
-fn measured_page(own: &Path) -> &Path {
-    match std::env::var_os("STRANDLIGHT_SCENE") {
-        Some(scene) => {
-            build(Path::new(&scene), own).expect("web/build makes the page");
-            own
-        }
-        None => page(),
-    }
-}
-
 /// Keeps how many milliseconds after the page was asked for the log has an event.
 const TIME_EVENTS: &str = "
     globalThis.at = {};
@@ -391,19 +434,29 @@ const TIME_EVENTS: &str = "
 const NO_WORKERS: &str =
     "globalThis.Worker = class { constructor() { throw Error('not here'); } };";
 
+/// What serves a folder.
+type Serve = fn(&Path) -> String;
+
+/// What draws a page without a GPU: the headers of its server, and a script before it.
+const WITHOUT_GPU: [(&str, Serve, &str); 3] = [
+    ("threads", serve_isolated, ""),
+    ("worker", serve, ""),
+    ("no worker", serve, NO_WORKERS),
+];
+
 /// `cargo test --release -p strandlight-tests --test web opening -- --ignored --nocapture`, with the scene that
 /// `STRANDLIGHT_SCENE` names or the small one of the tests.
 #[test]
-#[ignore = "a measurement: what a worker costs a page without WebGPU that is opened"]
+#[ignore = "a measurement: what worker and threads cost a page without WebGPU that is opened, and what they save"]
 fn measure_opening() {
     let own = tempfile::tempdir().expect("a temporary folder");
-    let address = serve(measured_page(own.path()));
+    let folder = page_with_threads(own.path());
     for _ in 0..3 {
-        for (what, script) in [("worker", ""), ("no worker", NO_WORKERS)] {
+        for (what, serve, script) in WITHOUT_GPU {
             let mut browser = Browser::start(WITHOUT_WEBGPU, [1072, 560]);
             browser.before_pages(TIME_EVENTS);
             browser.before_pages(script);
-            browser.go(&address);
+            browser.go(&serve(&folder));
             browser.wait_until("a finished picture", |browser| {
                 browser.evaluate("at.ready !== undefined") == true
                     && browser.evaluate(&is_done(true)) == true
@@ -415,16 +468,84 @@ fn measure_opening() {
     }
 }
 
+/// Sets a key ten times; answers the milliseconds to the first picture of each and to its last one, sorted.
+const TIME_EDITS: &str = "(async () => {
+    const view = document.querySelector('strand-view');
+    const times = { first: [], last: [] };
+    for (let ix = 0; ix < 10; ix++) {
+        const start = performance.now();
+        const done = new Promise((resolve) => view.addEventListener('done', resolve, { once: true }));
+        const first = new Promise((resolve) => {
+            const heard = ({ detail }) => {
+                if (!detail.isShaded) return;
+                view.removeEventListener('progress', heard);
+                resolve();
+            };
+            view.addEventListener('progress', heard);
+        });
+        EDIT;
+        await Promise.race([first, done]);
+        times.first.push(performance.now() - start);
+        await done;
+        times.last.push(performance.now() - start);
+    }
+    return Object.values(times).map((list) => list.sort((a, b) => a - b));
+})()";
+
+/// `cargo test --release -p strandlight-tests --test web edits -- --ignored --nocapture`, with the scene that `STRANDLIGHT_SCENE`
+/// names or the small one of the tests.
+#[test]
+#[ignore = "a measurement: how long pictures of a page without WebGPU take after an edit"]
+fn measure_edits() {
+    let own = tempfile::tempdir().expect("a temporary folder");
+    let folder = page_with_threads(own.path());
+    for _ in 0..2 {
+        for (what, serve, script) in WITHOUT_GPU {
+            let mut browser = Browser::start(WITHOUT_WEBGPU, [1072, 560]);
+            browser.before_pages(script);
+            browser.go(&serve(&folder));
+            browser.wait_for(&is_done(true));
+            for (edit, call) in [
+                ("hair", "view.set('hair.eta', 1.5 + 0.01 * ix)"),
+                ("lights turned", "view.set('lights.rotate_deg', 7 + 3 * ix)"),
+                (
+                    "view",
+                    "view.camera = { position: view.camera.position.map((x, axis) => x + (axis === 0 ? 2 : 0)) }",
+                ),
+            ] {
+                let times = browser.evaluate(&TIME_EDITS.replace("EDIT", call));
+                let of = |list: usize, ix: usize| times[list][ix].as_f64().unwrap_or(0.0);
+                println!(
+                    "{what}, {edit}: first picture {:.0} ms (longest {:.0}), last {:.0} ({:.0})",
+                    of(0, 5),
+                    of(0, 9),
+                    of(1, 5),
+                    of(1, 9)
+                );
+            }
+        }
+    }
+}
+
 /// `cargo test --release -p strandlight-tests --test web input -- --ignored --nocapture`, with the scene that `STRANDLIGHT_SCENE`
 /// names or the small one of the tests.
 #[test]
 #[ignore = "a measurement: how long input waits in a page without WebGPU"]
 fn measure_input() {
     let own = tempfile::tempdir().expect("a temporary folder");
-    let folder = measured_page(own.path());
+    let folder = page_with_threads(own.path());
+    for (what, serve, script) in WITHOUT_GPU {
+        println!("{what}");
+        measure_input_of(&serve(&folder), script);
+    }
+}
+
+fn measure_input_of(address: &str, script: &str) {
     let mut browser = Browser::start(WITHOUT_WEBGPU, [1072, 560]);
-    browser.before_pages(&format!("globalThis.strandview_log = [];{TIME_INPUT}"));
-    browser.go(&serve(folder));
+    browser.before_pages(&format!(
+        "globalThis.strandview_log = [];{TIME_INPUT}{script}"
+    ));
+    browser.go(address);
     browser.wait_for(&is_done(true));
     let mut times = |what: &str, act: &mut dyn FnMut(&mut Browser)| {
         browser.evaluate("heard.length = drawn.length = 0");
@@ -525,6 +646,7 @@ fn the_folder_holds_a_page_and_is_nobody_elses() {
         "strand-view.js",
         "strandview.js",
         "strandview_bg.wasm",
+        "threads.js",
     ];
     assert_eq!(names, wanted);
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -1,4 +1,4 @@
-//! `strandlight-bindgen PROGRAM.wasm FOLDER`: writes `strandview.js` and `strandview_bg.wasm`, for
+//! `strandlight-bindgen PROGRAM.wasm FOLDER NAME`: writes `NAME.js` and `NAME_bg.wasm`, for
 //! a page that loads them as modules.
 //!
 //! The module exports a function `instantiate`, and each call of it has an instance of the program
@@ -13,14 +13,15 @@ const GLOBAL: &str = "wasm_bindgen";
 
 fn main() -> ExitCode {
     let words: Vec<_> = std::env::args_os().skip(1).collect();
-    let [program, folder] = words.as_slice() else {
-        eprintln!("usage: strandlight-bindgen PROGRAM.wasm FOLDER");
+    let [program, folder, name] = words.as_slice() else {
+        eprintln!("usage: strandlight-bindgen PROGRAM.wasm FOLDER NAME");
         return ExitCode::from(2);
     };
+    let name = name.to_string_lossy();
     let mut bindgen = wasm_bindgen_cli_support::Bindgen::new();
     bindgen
         .input_path(program)
-        .out_name("strandview")
+        .out_name(&name)
         .omit_default_module_path(true)
         .typescript(false);
     // Modules would have their instance in a variable of their own, one for all who import them.
@@ -28,7 +29,8 @@ fn main() -> ExitCode {
         .no_modules(true)
         .and_then(|bindgen| bindgen.generate(folder))
         .map_err(|error| format!("{error:#}"));
-    match made.and_then(|()| wrap(&Path::new(folder).join("strandview.js"))) {
+    let script = Path::new(folder).join(format!("{name}.js"));
+    match made.and_then(|()| wrap(&script)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("strandlight-bindgen: {error}");

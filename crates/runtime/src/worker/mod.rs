@@ -1,13 +1,17 @@
 //! The CPU renderer in a worker of a web page, so that the page answers input whatever is being computed.
 //!
 //! The viewer has a [`WorkerRenderer`]; in the worker another instance of the program has a [`Worker`]. They share
-//! no memory, which would take headers of the server that most do not send: files and edits go there as messages, pictures
-//! come back. What the setters of a [`Backend`](strandlight_scene::Backend) are told is sent as it is; what is made of
+//! no memory: files and edits go there as messages, pictures come back. What the setters of a [`Backend`](strandlight_scene::Backend) are told is sent as it is; what is made of
 //! files (proxies, the display transform, the map behind the hair) the worker makes itself, of the same files.
 
+#[cfg_attr(
+    not(any(test, feature = "ui")),
+    expect(dead_code, reason = "a program without a page has one side alone")
+)]
 mod message;
-#[cfg(target_arch = "wasm32")]
+#[cfg(all(target_arch = "wasm32", feature = "ui"))]
 mod page_link;
+#[cfg(any(test, feature = "ui"))]
 mod renderer;
 #[cfg(test)]
 mod tests;
@@ -16,10 +20,11 @@ mod work;
 use strandlight_scene::{RenderError, SceneError};
 
 use message::MessageError;
-#[cfg(target_arch = "wasm32")]
+#[cfg(all(target_arch = "wasm32", feature = "ui"))]
 pub use page_link::PageLink;
-#[cfg(target_arch = "wasm32")]
+#[cfg(all(target_arch = "wasm32", feature = "ui"))]
 pub use renderer::files_of;
+#[cfg(any(test, feature = "ui"))]
 pub use renderer::{Link, WorkerRenderer, send_ahead};
 pub use work::Worker;
 
@@ -39,6 +44,7 @@ pub enum WorkerError {
     #[error(transparent)]
     Render(#[from] RenderError),
     /// The worker ended, or never began.
+    #[cfg(any(test, feature = "ui"))]
     #[error("{0}")]
     Failed(String),
 }

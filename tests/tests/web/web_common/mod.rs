@@ -81,6 +81,20 @@ pub fn package() -> &'static Path {
     })
 }
 
+/// The folder in `folder` that `web/build --threads` makes of the scene that `STRANDLIGHT_SCENE` names, or of [`scene_in`].
+pub fn page_with_threads(folder: &Path) -> PathBuf {
+    let scene = std::env::var_os("STRANDLIGHT_SCENE").map_or_else(
+        || {
+            std::fs::create_dir_all(folder.join("scene")).expect("a new folder");
+            scene_in(&folder.join("scene"))
+        },
+        PathBuf::from,
+    );
+    let out = folder.join("page");
+    run("web/build", &[Path::new("--threads"), &scene, &out]).expect("web/build makes the page");
+    out
+}
+
 /// Runs `web/build`; its words where it fails.
 pub fn build(scene: &Path, out: &Path) -> Result<String, String> {
     run("web/build", &[scene, out])

@@ -6,6 +6,18 @@ use std::path::{Component, Path};
 
 /// Serves the files of `folder` until the program ends; answers its address.
 pub fn serve(folder: &Path) -> String {
+    serve_with(folder, "")
+}
+
+/// The same with the headers that let a page share memory.
+pub fn serve_isolated(folder: &Path) -> String {
+    serve_with(
+        folder,
+        "Cross-Origin-Opener-Policy: same-origin\r\nCross-Origin-Embedder-Policy: require-corp\r\n",
+    )
+}
+
+fn serve_with(folder: &Path, headers: &'static str) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = listener.local_addr().expect("bound");
     let folder = folder.to_owned();
@@ -13,13 +25,13 @@ pub fn serve(folder: &Path) -> String {
         for stream in listener.incoming().flatten() {
             let folder = folder.clone();
             // A browser that goes away in the middle of an answer is no fault.
-            std::thread::spawn(move || answer(stream, &folder));
+            std::thread::spawn(move || answer(stream, &folder, headers));
         }
     });
     format!("http://{address}/")
 }
 
-fn answer(mut stream: TcpStream, folder: &Path) -> std::io::Result<()> {
+fn answer(mut stream: TcpStream, folder: &Path, headers: &str) -> std::io::Result<()> {
     let mut lines = BufReader::new(stream.try_clone()?).lines();
     let request = lines.next().transpose()?.unwrap_or_default();
     for line in lines {
@@ -47,7 +59,7 @@ fn answer(mut stream: TcpStream, folder: &Path) -> std::io::Result<()> {
     write!(
         stream,
         "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\n\
-         Connection: close\r\n\r\n"
+         {headers}Connection: close\r\n\r\n"
     )?;
     stream.write_all(&body)
 }
