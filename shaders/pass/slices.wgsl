@@ -5,7 +5,7 @@
 struct Slices {
     n_slices: u32,
     // Points of each but the last.
-    n_points: u32,
+    slice_points: u32,
 }
 
 @group(0) @binding(0) var<uniform> slices: Slices;
@@ -27,8 +27,8 @@ fn find_arguments(@builtin(global_invocation_id) id: vec3u) {
     }
     var n = counters[N_SHADED];
     if id.x > 0u {
-        let first = min((id.x - 1u) * slices.n_points, n);
-        n = min(n - first, slices.n_points);
+        let first = min((id.x - 1u) * slices.slice_points, n);
+        n = min(n - first, slices.slice_points);
     }
     // As groups_of_64 in crates/render/src/passes/resources.rs.
     let groups = (n + 63u) / 64u;

@@ -25,6 +25,15 @@ impl Failure {
         }
     }
 
+    /// The sentence after the name of the item that was not made, which is often the file that it names.
+    pub fn of_item(&self, item: &str) -> String {
+        let names_it = (self.what.strip_prefix(item)).is_some_and(|rest| rest.starts_with(": "));
+        match names_it {
+            true => self.what.clone(),
+            false => format!("{item}: {}", self.what),
+        }
+    }
+
     /// Something that may be otherwise next time.
     pub fn transient(what: impl fmt::Display) -> Self {
         Failure {
@@ -79,6 +88,18 @@ fn is_transient(kind: ErrorKind) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_item_is_named_once() {
+        let of_item = |what: &str| Failure::input(what).of_item("a.lights");
+        assert_eq!(
+            of_item("a.lights: is a directory"),
+            "a.lights: is a directory"
+        );
+        for other in ["a.exr: is missing", "a.lights.html: is a directory"] {
+            assert_eq!(of_item(other), format!("a.lights: {other}"));
+        }
+    }
 
     #[test]
     fn full_disks_pass_and_missing_files_do_not() {

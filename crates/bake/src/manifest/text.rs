@@ -178,7 +178,7 @@ impl<'a> Text<'a> {
             if ["version", "defaults"].contains(&key) {
                 continue;
             }
-            let kind = find_kind(key, at, kinds, &["version", "defaults"])?;
+            let kind = find_kind("", key, at, kinds, &["version", "defaults"])?;
             let DeValue::Array(list) = value else {
                 let what = format!("{key}: must be written as [[{key}]]");
                 return Err(syntax_error(value_at, what));
@@ -229,7 +229,7 @@ impl<'a> Text<'a> {
         };
         let mut all = BTreeMap::new();
         for (key, value, at, value_at) in self.pairs(table) {
-            let kind = find_kind(key, at, kinds, &[])?;
+            let kind = find_kind("defaults.", key, at, kinds, &[])?;
             let DeValue::Table(table) = value else {
                 let what = format!("defaults.{key}: must be a table");
                 return Err(syntax_error(value_at, what));
@@ -313,6 +313,7 @@ impl<'a> Text<'a> {
 }
 
 fn find_kind<'k>(
+    within: &str,
     key: &str,
     at: Place,
     kinds: &'k [KindInfo],
@@ -322,10 +323,10 @@ fn find_kind<'k>(
     found.ok_or_else(|| {
         let known = || kinds.iter().map(|kind| kind.name).chain(others.to_vec());
         let hint = match nearest(key, known()) {
-            Some(name) => format!("; did you mean {name}?"),
+            Some(name) => format!("; did you mean {within}{name}?"),
             None => format!("; known are {}", known().collect::<Vec<_>>().join(", ")),
         };
-        syntax_error(at, format!("{key}: unknown{hint}"))
+        syntax_error(at, format!("{within}{key}: unknown{hint}"))
     })
 }
 
@@ -457,6 +458,10 @@ mod tests {
             (
                 "version = 1\n[defaults.lights]\nmap = 'a'",
                 "defaults.lights.map: belongs in [[lights]]",
+            ),
+            (
+                "version = 1\n[defaults.light]\ncount = 3",
+                "defaults.light: unknown; did you mean defaults.lights?",
             ),
             (
                 "version = 1\ndefaults = 3",

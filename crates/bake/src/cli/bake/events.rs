@@ -231,7 +231,11 @@ impl Observer for Teller {
                 }));
                 if self.tells_failures {
                     // An error, which --quiet does not silence.
-                    let _ = writeln!(io::stderr(), "strandlight: {}: {failure}", item.name());
+                    let _ = writeln!(
+                        io::stderr(),
+                        "strandlight: {}",
+                        failure.of_item(&item.name())
+                    );
                 }
                 self.advance();
             }

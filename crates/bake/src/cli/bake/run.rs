@@ -160,8 +160,12 @@ fn outcome(summary: &Summary, n_items: usize, path: &Path, args: &RunArgs) -> Ou
             format!("{}: {n} of {of} failed", path.display())
         }
         false => match summary.left {
-            0 => format!("{name}: {failure}"),
-            left => format!("{name}: {failure}; {} left", counted(left, "item", "items")),
+            0 => failure.of_item(name),
+            left => format!(
+                "{}; {} left",
+                failure.of_item(name),
+                counted(left, "item", "items")
+            ),
         },
     };
     Err(in_exit_codes(manifest::Failure {

@@ -6,6 +6,8 @@ use strandlight_bake::lights::{CountError, Metric};
 use strandlight_formats::{FitReport, LightSet};
 use strandlight_images::Map;
 
+use super::saturated::{Saturated, saturated};
+
 /// What was found.
 pub struct Results {
     /// The set with all that its file records.
@@ -112,6 +114,7 @@ impl Results {
                 "image": map.source().image,
                 "windows": map.source().windows,
                 "clamped_pixels": map.faults(),
+                "saturated_pixels": saturated(map).into_iter().map(Saturated::to_json).collect::<Value>(),
             },
             "tool_version": set.info.tool_version,
         })

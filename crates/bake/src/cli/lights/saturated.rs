@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use serde_json::{Value, json};
 use strandlight_images::Map;
 
 /// Names of the channels.
@@ -21,7 +22,8 @@ const MOST_AREA: f64 = 7e-4;
 
 /// Pixels with light of one channel and next to none of the others'.
 #[derive(Clone, Copy, Default)]
-struct Saturated {
+pub struct Saturated {
+    channel: usize,
     count: usize,
     /// Share of the channel's light.
     share: f64,
@@ -32,11 +34,14 @@ struct Saturated {
     at: [usize; 2],
 }
 
-/// Says of a few pixels that hold much of one channel's light and next to none of the others' where they are. Lossy
+/// By channel, few pixels that hold much of its light and next to none of the others'. Lossy
 /// compression leaves such where a sun was, and a light set has a sun of that colour then.
-pub fn remark(map: &Map) -> Option<String> {
+pub fn saturated(map: &Map) -> Vec<Saturated> {
     let (energy, grid) = (map.energy(), map.grid());
-    let mut found = [Saturated::default(); 3];
+    let mut found = [0, 1, 2].map(|channel| Saturated {
+        channel,
+        ..Saturated::default()
+    });
     for j in 0..grid.height {
         let solid_angle = grid.solid_angle(j);
         for (i, rgb) in map.row(j).iter().enumerate() {
@@ -56,23 +61,40 @@ pub fn remark(map: &Map) -> Option<String> {
             }
         }
     }
-    let few = (found.iter().zip(CHANNELS))
-        .filter(|(found, _)| found.share >= LEAST_SHARE && found.area <= MOST_AREA);
-    let texts: Vec<String> = few.map(|(found, name)| text(found, name)).collect();
+    let is_few = |found: &Saturated| found.share >= LEAST_SHARE && found.area <= MOST_AREA;
+    found.into_iter().filter(is_few).collect()
+}
+
+/// Says of [`saturated`] pixels where they are.
+pub fn remark(map: &Map) -> Option<String> {
+    let texts: Vec<String> = saturated(map).iter().map(Saturated::text).collect();
     (!texts.is_empty()).then(|| texts.join("; "))
 }
 
-fn text(found: &Saturated, name: &str) -> String {
-    let [x, y] = found.at;
-    let pixels = match found.count {
-        1 => format!("pixel {x}, {y} has"),
-        n => format!("{n} pixels, the brightest at {x}, {y}, have"),
-    };
-    let (percent, most) = (100.0 * found.share, found.most);
-    format!(
-        "{pixels} {percent:.0} % of the map's {name} and next to nothing else (up to {most}): if the file is \
-         damaged there, the lights are too {name}"
-    )
+impl Saturated {
+    fn text(&self) -> String {
+        let ([x, y], name) = (self.at, CHANNELS[self.channel]);
+        let pixels = match self.count {
+            1 => format!("pixel {x}, {y} has"),
+            n => format!("{n} pixels, the brightest at {x}, {y}, have"),
+        };
+        let (percent, most) = (100.0 * self.share, self.most);
+        format!(
+            "{pixels} {percent:.0} % of the map's {name} and next to nothing else (up to {most}): if the file is \
+             damaged there, the lights are too {name}"
+        )
+    }
+
+    /// The same as an entry of a report.
+    pub fn to_json(self) -> Value {
+        json!({
+            "channel": CHANNELS[self.channel],
+            "count": self.count,
+            "share": self.share,
+            "brightest": self.at,
+            "radiance": self.most,
+        })
+    }
 }
 
 #[cfg(test)]
@@ -80,13 +102,17 @@ mod tests {
     use super::*;
 
     /// An even map of 256 x 128 pixels with `spots` in it, each pixel cut into `finer` times as many across and down.
-    fn remark_of(spots: &[([usize; 2], [f32; 3])], finer: usize) -> Option<String> {
+    fn map_of(spots: &[([usize; 2], [f32; 3])], finer: usize) -> Map {
         let mut pixels = vec![[1.0; 3]; 256 * 128];
         for ([x, y], rgb) in spots {
             pixels[x + 256 * y] = *rgb;
         }
         let map = Map::new(256, 128, pixels).expect("a map");
-        remark(&map.subdivided(256 * finer))
+        map.subdivided(256 * finer).into_owned()
+    }
+
+    fn remark_of(spots: &[([usize; 2], [f32; 3])], finer: usize) -> Option<String> {
+        remark(&map_of(spots, finer))
     }
 
     #[test]
@@ -105,6 +131,18 @@ mod tests {
         assert!(
             said.contains("32 pixels") && said.contains("7 % of"),
             "{said}"
+        );
+        let entry = saturated(&map_of(&spots, 1))[0].to_json();
+        assert_eq!(entry["channel"], "blue");
+        assert_eq!(
+            (&entry["count"], &entry["radiance"]),
+            (&json!(2), &json!(900.0))
+        );
+        assert_eq!(entry["brightest"], json!([31, 64]));
+        assert!(
+            entry["share"]
+                .as_f64()
+                .is_some_and(|share| (0.065..0.075).contains(&share))
         );
         // Two channels.
         let spots = [spots[0], ([90, 20], [5e3, 0.0, 0.0])];

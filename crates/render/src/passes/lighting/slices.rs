@@ -27,11 +27,11 @@ const LEAST_SLICE: u32 = 64;
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 struct Slices {
     n_slices: u32,
-    n_points: u32,
+    slice_points: u32,
 }
 
 strandlight_scattering::mirrors! {
-    Slices as "Slices" in "pass/slices" { n_slices, n_points }
+    Slices as "Slices" in "pass/slices" { n_slices, slice_points }
 }
 
 /// So many points in slices of at most `chunk`.
@@ -77,7 +77,7 @@ impl SlicePass {
         }
         let slices = Slices {
             n_slices,
-            n_points: self.chunk,
+            slice_points: self.chunk,
         };
         context.write(&self.slices, 0, bytemuck::bytes_of(&slices));
         let is_bound = (self.group.as_ref()).is_some_and(|(bound, _)| bound == counters);

@@ -16,9 +16,14 @@ pub fn line(name: &str, samples: Option<f64>, error: Option<f64>, seconds: Optio
         Some(value) => format!("{value:.digits$}{unit}"),
         None => "-".to_owned(),
     };
+    // Numbers of samples are whole, but where they are read off a fit.
+    let digits = match samples.is_some_and(|samples| samples.fract() == 0.0) {
+        true => 0,
+        false => 3,
+    };
     print_line(format_args!(
         "  {name:40} {:>9} {:>9} {:>9}",
-        shown(samples, 3, ""),
+        shown(samples, digits, ""),
         shown(error.map(|error| 100.0 * error), 2, " %"),
         shown(seconds, 3, ""),
     ))
