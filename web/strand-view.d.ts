@@ -61,9 +61,9 @@ export class StrandView extends HTMLElement {
 
   /**
    * The program that draws on several processors where no GPU does, `strandview_threads_bg.wasm` beside this module by default; read where the page may
-   * share memory. Undefined in packages that were made without `--threads`.
+   * share memory. Undefined in packages that were made without `--threads`; set to undefined, one thread draws.
    */
-  static threads: string | URL | undefined;
+  static threadsProgram: string | URL | undefined;
 
   /** Tables of scenes that name none, `default.tables` beside this module by default. */
   static tables: string | URL;

@@ -71,77 +71,107 @@ const draw = (instantiate, instantiateThreads) => {
     if (answer) postMessage(answer, [answer.buffer]);
     if (worker.is_working()) goOn();
   };
-  const startThread = (address, module, memory) =>
-    new Promise((resolve, reject) => {
-      const thread = new Worker(address);
-      thread.onmessage = resolve;
-      thread.onerror = (event) => reject(new Error(event.message ?? "a thread cannot be loaded"));
-      thread.postMessage({ module, memory });
-    });
-  const startThreads = async ({ module, source, nThreads }, memory) => {
-    const address = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
+  // In a thread of another worker: it runs what the others leave it, for ever. The worker waits for its threads and hears
+  // nothing meanwhile, so a thread that fails tells the page.
+  const runThread = async ({ shared, memory, name }) => {
+    const instance = instantiateThreads();
+    await instance({ module_or_path: shared, memory });
+    postMessage("ready");
     try {
-      await Promise.all(Array.from({ length: nThreads - 1 }, () => startThread(address, module, memory)));
+      instance.run_thread();
+    } catch (error) {
+      new BroadcastChannel(name).postMessage({ error: `a thread ended: ${error}` });
+    }
+  };
+  const startThreads = async ({ shared, source, nThreads, name }, memory) => {
+    const address = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
+    const threads = Array.from({ length: nThreads - 1 }, () => new Worker(address));
+    const isReady = (thread) =>
+      new Promise((resolve, reject) => {
+        thread.onmessage = ({ data }) => (data === "ready" ? resolve() : reject(new Error(data)));
+        thread.onerror = (event) => {
+          event.preventDefault();
+          reject(new Error(event.message ?? "a thread cannot be loaded"));
+        };
+        thread.postMessage({ shared, memory, name });
+      });
+    const isLate = new Promise((_, reject) => setTimeout(() => reject(new Error("threads do not start")), 20000));
+    try {
+      await Promise.race([Promise.all(threads.map(isReady)), isLate]);
+    } catch (error) {
+      for (const thread of threads) thread.terminate();
+      throw error;
     } finally {
       URL.revokeObjectURL(address);
     }
   };
-  const start = async ({ module, nThreads, ...head }) => {
-    const isThread = Boolean(head.memory);
-    const instance = isThread || nThreads > 1 ? instantiateThreads() : instantiate();
-    const { memory } = await instance({ module_or_path: module, memory: head.memory });
-    if (isThread) {
-      postMessage("ready");
-      instance.run_thread();
-      return;
+  const withThreads = async (head) => {
+    const instance = instantiateThreads();
+    const { memory } = await instance({ module_or_path: head.shared });
+    const made = new instance.PageWorker();
+    await startThreads(head, memory);
+    made.use_threads(head.nThreads);
+    new BroadcastChannel(head.name).postMessage({ nThreads: head.nThreads });
+    return made;
+  };
+  const alone = async ({ module }) => {
+    const instance = instantiate();
+    await instance({ module_or_path: module });
+    return new instance.PageWorker();
+  };
+  const start = async (head) => {
+    let made;
+    if (head.shared) {
+      made = await withThreads(head).catch((error) => {
+        console.warn(`strandview: the worker draws on one thread: ${error.message ?? error}`);
+      });
     }
-    const starting = new instance.PageWorker();
-    if (nThreads > 1) {
-      try {
-        await startThreads({ module, nThreads, ...head }, memory);
-        starting.use_threads(nThreads);
-      } catch (error) {
-        console.warn(`strandview: the worker draws on one thread: ${error}`);
-        nThreads = 1;
-      }
-    }
-    head.port.postMessage(nThreads);
-    worker = starting;
+    worker = made ?? (await alone(head));
     for (const message of waiting.splice(0)) take(message);
   };
+  const fail = (error) => postMessage(String(error));
   onmessage = ({ data }) => {
-    if (data.module) start(data).catch((error) => postMessage(String(error)));
+    if (data.memory) runThread(data).catch(fail);
+    else if (data.module) start(data).catch(fail);
     else if (worker) take(data);
     else waiting.push(data);
   };
 };
 
+// As many threads as processors, but for one that is left to the page where that leaves more than one.
+const MOST_THREADS = 16;
+const countThreads = () => {
+  const n = navigator.hardwareConcurrency ?? 1;
+  return n === 1 ? 1 : Math.min(Math.max(n - 1, 2), MOST_THREADS);
+};
+
 // A worker that draws with `module` or, where the page may share memory, with the program that has threads. How many it has is
-// told to `tellThreads`.
+// told to `tellThreads`. It is to be closed by `close`, besides being ended.
 const startWorker = (module, tellThreads) => {
   const source = `(${draw})(${instantiate}, ${threads?.instantiate})`;
   const address = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
   try {
     const worker = new Worker(address);
-    const { port1, port2: port } = new MessageChannel();
-    port1.onmessage = ({ data }) => tellThreads(data);
-    const begin = (head) => worker.postMessage({ ...head, port }, [port]);
-    const onOneThread = () => begin({ module, nThreads: 1 });
-    const nProcessors = navigator.hardwareConcurrency ?? 1;
-    // One is left to the page, where that leaves more than one.
-    const nThreads = Math.max(nProcessors - 1, 2);
-    if (!threads || !globalThis.crossOriginIsolated || nProcessors === 1) {
-      onOneThread();
-      return worker;
+    const nThreads = countThreads();
+    if (!threads || !StrandView.threadsProgram || !globalThis.crossOriginIsolated || nThreads === 1) {
+      worker.postMessage({ module });
+      return { worker, close: () => {} };
     }
-    program(StrandView.threads).then(
-      (shared) => begin({ module: shared, source, nThreads }),
+    const name = `strand-view ${crypto.randomUUID()}`;
+    const channel = new BroadcastChannel(name);
+    channel.onmessage = ({ data: { error, nThreads } }) => {
+      if (!error) return tellThreads(nThreads);
+      tellThreads(1);
+      worker.dispatchEvent(new ErrorEvent("error", { message: error }));
+    };
+    program(StrandView.threadsProgram).then(
+      (shared) => worker.postMessage({ module, shared, source, nThreads, name }),
       (error) => {
         console.warn(`strandview: the worker draws on one thread: ${text(error)}`);
-        onOneThread();
+        worker.postMessage({ module });
       },
     );
-    return worker;
+    return { worker, close: () => channel.close() };
   } finally {
     URL.revokeObjectURL(address);
   }
@@ -168,7 +198,7 @@ export class StrandView extends Element {
 
   static program = new URL("./strandview_bg.wasm", import.meta.url);
 
-  static threads = threads?.program;
+  static threadsProgram = threads?.program;
 
   static tables = new URL("./default.tables", import.meta.url);
 
@@ -179,6 +209,7 @@ export class StrandView extends Element {
   #turn = 0; // of what is loaded or was; another one is another scene
   #isDue = false;
   #threads = 1;
+  #closeWorker;
   #address; // of what was loaded last, until `src` is another
   #isDisposed = false;
   #waiting = []; // for the finished picture
@@ -330,7 +361,6 @@ export class StrandView extends Element {
     this.#canvas = document.createElement("canvas");
     this.prepend(this.#canvas);
     let renderer;
-    this.#threads = 1;
     let isShown = false;
     let later;
     const shown = new Promise((resolve, reject) => {
@@ -347,7 +377,11 @@ export class StrandView extends Element {
     });
     // What is said of a scene that could not be opened at all is the other promise's.
     shown.catch(() => {});
-    const start = () => startWorker(module, (n) => turn === this.#turn && (this.#threads = n));
+    const start = () => {
+      const { worker, close } = startWorker(module, (n) => turn === this.#turn && (this.#threads = n));
+      this.#closeWorker = close;
+      return worker;
+    };
     const view = await instance.open(this.#canvas, scene, tables, this.renderer, this.panel, start, later);
     if (turn !== this.#turn) return view.close();
     this.#view = view;
@@ -430,6 +464,9 @@ export class StrandView extends Element {
     this.#view = undefined;
     this.#canvas?.remove();
     this.#canvas = undefined;
+    this.#closeWorker?.();
+    this.#closeWorker = undefined;
+    this.#threads = 1;
     this.#cancel?.(reason);
     this.#cancel = undefined;
     this.#settle(reason);

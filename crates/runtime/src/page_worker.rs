@@ -1,4 +1,4 @@
-//! What runs in a worker of a page: an instance of the program that draws, or of one that has nothing else.
+//! What runs in a worker of a page: all of its program that is called there, or a program that has nothing else.
 //!
 //! Where the program was built for shared memory (`web/build --threads`) a worker has threads: more workers, each with an
 //! instance on the same memory. JavaScript starts them, since a program cannot: [`PageWorker::use_threads`] says how many
@@ -45,7 +45,8 @@ impl PageWorker {
         self.0.is_working()
     }
 
-    /// Draws with so many threads, this one among them, from now on. The others are in [`run_thread`], or about to be.
+    /// Draws with so many threads, this one among them, from now on. Waits for the others, which must be in [`run_thread`] or
+    /// about to be.
     ///
     /// # Errors
     /// There are threads already.
@@ -72,7 +73,7 @@ static TO_RUN: Mutex<Vec<ThreadBuilder>> = Mutex::new(Vec::new());
 #[cfg(target_feature = "atomics")]
 static THERE_IS_ONE: Condvar = Condvar::new();
 
-/// Runs a thread of a [`PageWorker`] on the same memory, as soon as there is one; answers when the program ends.
+/// Runs a thread of a [`PageWorker`] on the same memory, as soon as there is one. Never ends but by a panic.
 #[cfg(target_feature = "atomics")]
 #[wasm_bindgen]
 pub fn run_thread() {

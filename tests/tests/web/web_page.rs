@@ -356,9 +356,8 @@ fn a_page_that_may_share_memory_draws_with_threads() {
         browser.wait_for(&is_done(true));
         assert_eq!(browser.evaluate("crossOriginIsolated"), is_shared);
         let n_threads = browser.evaluate(THREADS).as_u64();
-        let n_wanted = browser
-            .evaluate("Math.max(navigator.hardwareConcurrency - 1, 2)")
-            .as_u64();
+        let n_wanted = "((n) => n === 1 ? 1 : Math.min(Math.max(n - 1, 2), 16))(navigator.hardwareConcurrency)";
+        let n_wanted = browser.evaluate(n_wanted).as_u64();
         assert_eq!(n_threads, if is_shared { n_wanted } else { Some(1) });
         let [left, top, right, bottom] = place(&mut browser, "View");
         let extent = [left, top, right - left, bottom - top].map(|x| x as usize);
@@ -378,6 +377,57 @@ fn a_page_that_may_share_memory_draws_with_threads() {
     };
     for (shared, alone) in shared.iter().zip(alone) {
         assert_eq!(shared.difference(alone), 0.0);
+    }
+    threads_that_fail_leave_the_picture(&page, &alone[0]);
+}
+
+/// Has workers begin with `script`.
+fn in_workers(script: &str) -> String {
+    format!(
+        "globalThis.Blob = class extends Blob {{
+            constructor(parts, options) {{
+                super(options?.type === 'text/javascript' ? [{script:?}, ...parts] : parts, options);
+            }}
+        }};"
+    )
+}
+
+/// Threads that cannot start leave the worker, and one that ends leaves the page, to draw the picture.
+fn threads_that_fail_leave_the_picture(page: &Path, opened: &Pixels) {
+    let no_memory =
+        "WebAssembly.Memory = class { constructor() { throw new RangeError('no room'); } };";
+    let no_threads =
+        "globalThis.Worker = class { constructor() { throw new Error('none here'); } };";
+    let refused = "globalThis.Blob = class extends Blob { constructor(parts, options) { \
+        super(['onmessage = () => postMessage(\"no room\");'], options); } };";
+    let ends = "globalThis.Blob = class extends Blob { constructor(parts, options) { \
+        super([parts[0].replace('instance.run_thread();', 'throw new Error(\"cut\");')], options); } };";
+    for (script, warning) in [
+        (no_memory, None),
+        (no_threads, None),
+        (refused, None),
+        (
+            ends,
+            Some("strandview: the page draws without a worker: a thread ended: Error: cut"),
+        ),
+    ] {
+        let mut browser = Browser::start(WITHOUT_WEBGPU, SIZE);
+        browser.before_pages("globalThis.strandview_log = [];");
+        browser.before_pages(&in_workers(script));
+        browser.go(&serve_isolated(page));
+        browser.wait_for(&is_done(true));
+        assert_eq!(browser.evaluate(THREADS), 1, "{script}");
+        let [left, top, right, bottom] = place(&mut browser, "View");
+        let extent = [left, top, right - left, bottom - top].map(|x| x as usize);
+        let picture = look(&mut browser, "web-threads-failed").part(extent);
+        assert_eq!(picture.difference(opened), 0.0, "{script}");
+        let warned = |line: &String| Some(line.as_str()) == warning;
+        assert_eq!(
+            browser.console.iter().any(warned),
+            warning.is_some(),
+            "{script}: {:?}",
+            browser.console
+        );
     }
 }
 

@@ -3,7 +3,7 @@
 //!
 //! The module exports a function `instantiate`, and each call of it has an instance of the program
 //! to itself: several viewers on a page do not share memory, and one that is let go of is collected
-//! as a whole.
+//! as a whole. Only the threads of a worker have instances on one memory, which they are given.
 
 use std::path::Path;
 use std::process::ExitCode;

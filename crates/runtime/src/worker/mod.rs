@@ -1,8 +1,9 @@
 //! The CPU renderer in a worker of a web page, so that the page answers input whatever is being computed.
 //!
 //! The viewer has a [`WorkerRenderer`]; in the worker another instance of the program has a [`Worker`]. They share
-//! no memory: files and edits go there as messages, pictures come back. What the setters of a [`Backend`](strandlight_scene::Backend) are told is sent as it is; what is made of
-//! files (proxies, the display transform, the map behind the hair) the worker makes itself, of the same files.
+//! no memory: files and edits go there as messages, pictures come back. What the setters of a
+//! [`Backend`](strandlight_scene::Backend) are told is sent as it is; what is made of files (proxies, the display
+//! transform, the map behind the hair) the worker makes itself, of the same files.
 
 #[cfg_attr(
     not(any(test, feature = "ui")),

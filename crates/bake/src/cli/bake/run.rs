@@ -242,7 +242,7 @@ fn readable(judged: &[(&Item, Judgement)]) -> Outcome {
     match failed {
         None => Ok(()),
         Some((item, failure)) => Err(in_exit_codes(manifest::Failure {
-            what: format!("{}: {failure}", item.name()),
+            what: failure.of_item(&item.name()),
             is_transient: failure.is_transient,
         })),
     }

@@ -304,14 +304,14 @@ fn in_window(args: &Args, path: &Path, scene: &Scene) -> Result<Value, Failure> 
     written?;
     if !args.json {
         print_line(format_args!(
-            "{}: cpu: {}, in a window\n  {:20} {:>10} {:>7} {:>12} {:>7} {:>8} {:>10} {:>10}  ms to the complete one by stage",
+            "{}: cpu: {}, in a window\n  {:20} {:>10} {:>7} {:>10} {:>9} {:>8} {:>10} {:>10}  ms to the first by stage",
             path.display(),
             counted(rayon::current_num_threads(), "thread", "threads"),
             "",
             "shown, ms",
             "off, %",
-            "complete, ms",
-            "off, %",
+            "first, ms",
+            "first off",
             "core-s",
             "last, ms",
             "longest"
@@ -322,7 +322,7 @@ fn in_window(args: &Args, path: &Path, scene: &Scene) -> Result<Value, Failure> 
         };
         costs.iter().try_for_each(|cost| {
             print_line(format_args!(
-                "  {:20} {:10.1} {:7.1} {:12.1} {:7.1} {} {:10.1} {:10.1}  {}",
+                "  {:20} {:10.1} {:7.1} {:10.1} {:9.1} {} {:10.1} {:10.1}  {}",
                 cost.name,
                 cost.shown_milliseconds,
                 100.0 * cost.shown_off,

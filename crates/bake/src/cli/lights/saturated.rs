@@ -34,7 +34,7 @@ pub struct Saturated {
     at: [usize; 2],
 }
 
-/// By channel, few pixels that hold much of its light and next to none of the others'. Lossy
+/// By channel, the few pixels that hold much of its light and next to none of the others'. Lossy
 /// compression leaves such where a sun was, and a light set has a sun of that colour then.
 pub fn saturated(map: &Map) -> Vec<Saturated> {
     let (energy, grid) = (map.energy(), map.grid());

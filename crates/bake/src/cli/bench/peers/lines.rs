@@ -16,7 +16,7 @@ pub fn line(name: &str, samples: Option<f64>, error: Option<f64>, seconds: Optio
         Some(value) => format!("{value:.digits$}{unit}"),
         None => "-".to_owned(),
     };
-    // Numbers of samples are whole, but where they are read off a fit.
+    // Numbers of samples are whole, except where they are read off a fit.
     let digits = match samples.is_some_and(|samples| samples.fract() == 0.0) {
         true => 0,
         false => 3,
