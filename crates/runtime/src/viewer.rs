@@ -22,13 +22,11 @@ use crate::choice::CpuReason;
 #[cfg(any(not(target_arch = "wasm32"), feature = "ui"))]
 use crate::choice::{BackendChoice, Chosen};
 use crate::error::SessionError;
-#[cfg(not(target_arch = "wasm32"))]
-use crate::ground_truth::GroundTruth;
-#[cfg(not(target_arch = "wasm32"))]
-use crate::inspection::Inspector;
 use crate::interactive::{Display, InteractiveBackend};
 use crate::mask_view::MaskView;
 use crate::session::{Change, Edits, Saved, Session, section_of};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::{ground_truth::GroundTruth, inspection::Inspector};
 use current_picker::CurrentPicker;
 #[cfg(not(target_arch = "wasm32"))]
 use strandlight_cpu::BackgroundRenderer;

@@ -2,6 +2,7 @@
 
 mod bundle;
 mod element;
+mod measure;
 mod report_page;
 mod web_common;
 mod web_page;
