@@ -59,6 +59,7 @@ modules!(
     "lib/global_scattering",
     "lib/grid",
     "lib/group_sums",
+    "lib/hair_layers",
     "lib/half_circle",
     "lib/irradiance",
     "lib/light",

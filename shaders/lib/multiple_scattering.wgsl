@@ -1,4 +1,5 @@
 // #import lib/transmittance
+// #import lib/hair_layers
 // What the hair between a light and a point makes of the light: what multiple scattering starts
 // from. Twin: crates/scattering/src/closed_form/multiple_scattering.rs, which explains the sum.
 
@@ -15,8 +16,8 @@ const DENSITY_OPEN: f32 = 1.65;
 struct ForwardLight {
     // T_f - T_vol.
     gained: vec3f,
-    // Factor on what global scattering makes of it: global_density of T_vol.
-    density: f32,
+    // What global scattering is made of.
+    global: vec3f,
     // Its width in inclination.
     sigma_f: f32,
 }
@@ -26,39 +27,34 @@ fn global_density(open: f32) -> f32 {
     return DENSITY_BLOCKED + (DENSITY_OPEN - DENSITY_BLOCKED) * open;
 }
 
-// Share of the light that hair behind a point blocks, from which on that hair counts as layers without end.
-const CLOSED_FROM: f32 = 0.8;
+// Least share of the light that an event loses.
+const LEAST_LOST: f32 = 0.03;
 
-// Shares of light that come through the hair along x, y and z: from above, that is from +x, +y, +z, and from below.
-struct AxisShares {
-    above: vec3f,
-    below: vec3f,
-}
-
-// Factor on local scattering of light from the unit vector `towards`: 0 where no hair is behind the point, away from the
-// light, to send it back.
-fn local_density(axis_shares: AxisShares, towards: vec3f) -> f32 {
-    let away = select(axis_shares.above, axis_shares.below, towards > vec3f(0.0));
-    let open = dot(towards * towards, away);
-    return clamp((1.0 - open) * (1.0 / CLOSED_FROM), 0.0, 1.0);
-}
-
-// Of a light of this colour and width, for fibres of average a_f and beta_f_2.
+// Of a light of this colour and width, for fibres of average a_f and beta_f_2,
+// where the share `density` of the hair behind, d_b f_local, sends light back.
 fn forward_light(
     record: ShadowRecord,
     a_f: vec3f,
     beta_f_2: vec3f,
     rgb: vec3f,
     lambda: f32,
+    layers: HairLayers,
+    density: vec3f,
 ) -> ForwardLight {
-    let p = clamp(1.0 - a_f, vec3f(0.03), vec3f(1.0));
+    let p = clamp(1.0 - a_f, vec3f(LEAST_LOST), vec3f(1.0));
     let share = transmitted(record, p);
-    let gained = max(share - record.shares.x, vec3f(0.0));
+    let lost = clamp(1.0 - layers.gain * a_f, vec3f(LEAST_LOST), vec3f(1.0));
+    let left = transmitted(record, lost);
+    let all = between_layers(layers, left, density);
+    let forward = max(share - record.shares.x, vec3f(0.0));
+    let returned = max(all - share, vec3f(0.0));
+    let gained = forward + returned;
+    let global = global_density(record.shares.x) * forward + returned;
     // One width for all channels: each counts by what it carries.
     // Of a black light, too.
     let brightest = max(max(max(rgb.x, rgb.y), rgb.z), 1e-30);
     let carried = gained * (rgb / brightest) + 1e-12;
-    let variance = beta_f_2 * forward_events(record, p, share);
+    let variance = beta_f_2 * forward_events(record, lost, left);
     let mean = dot(carried, variance) / (carried.x + carried.y + carried.z);
-    return ForwardLight(gained, global_density(record.shares.x), sqrt(lambda * lambda + mean));
+    return ForwardLight(gained, global, sqrt(lambda * lambda + mean));
 }

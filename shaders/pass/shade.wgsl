@@ -7,6 +7,7 @@
 // #import lib/single_scattering
 // #import lib/transmittance
 // #import lib/multiple_scattering
+// #import lib/hair_layers
 // #import lib/global_scattering
 // #import lib/local_scattering
 // #import lib/along_segments
@@ -36,8 +37,7 @@
 @group(0) @binding(20) var paint: texture_2d<u32>;
 // #else
 @group(0) @binding(3) var<uniform> shading: Shading;
-// By the sine of the inclination, 0..=1: a_f, then beta_f^2.
-@group(0) @binding(16) var<uniform> forward: array<vec4f, 128>;
+@group(0) @binding(16) var<uniform> around: HairAround;
 // #endif
 @group(0) @binding(4) var<storage, read> points: array<vec4f>;
 @group(0) @binding(5) var<storage, read> tangents: array<vec4f>;
@@ -115,6 +115,13 @@ const PAINT_WIDTH: u32 = 1024u;
 // #else
 // Sines less one, the index of the last.
 const LAST_FORWARD: f32 = 63.0;
+
+// What the hair around a point does to light. Twin: crates/render/src/passes/scattering.rs.
+struct HairAround {
+    // By the sine of the inclination, 0..=1: a_f, then beta_f^2.
+    forward: array<vec4f, 128>,
+    layers: HairLayers,
+}
 // #endif
 
 fn count(counter: u32, n: u32) {
@@ -228,9 +235,19 @@ fn sample_forward(sin_theta: f32) -> ForwardAverages {
     let fraction = at - first;
     let ix = 2u * u32(first);
     return ForwardAverages(
-        mix(forward[ix].xyz, forward[ix + 2u].xyz, fraction),
-        mix(forward[ix + 1u].xyz, forward[ix + 3u].xyz, fraction),
+        mix(around.forward[ix].xyz, around.forward[ix + 2u].xyz, fraction),
+        mix(around.forward[ix + 1u].xyz, around.forward[ix + 3u].xyz, fraction),
     );
+}
+// #endif
+
+// #if PAINTED
+// Layers of painted fibres.
+fn hair_layers(row: AverageRow) -> HairLayers {
+    let a_f = sample_painted_forward(averages, row, LAYERS_SINE).a_f;
+    let up = sample_averages(averages, row, LAYERS_THETA).attenuation_b;
+    let down = sample_averages(averages, row, -LAYERS_THETA).attenuation_b;
+    return layers_of(a_f, 0.5 * (up + down));
 }
 // #endif
 
@@ -289,12 +306,18 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
 // #if BOUNCE
     var lobes = bounced_at(grid_position(grid, position));
 // #endif
-    var around = AxisShares();
-    if (TERMS & TERM_LOCAL) != 0u {
-// #if BOUNCE
-        around = axis_shares_at(grid_position(hair_grid, position));
+    var behind = AxisDensities();
+    var layers = HairLayers();
+    if (TERMS & (TERM_LOCAL | TERM_GLOBAL)) != 0u {
+// #if PAINTED
+        layers = hair_layers(row);
 // #else
-        around = axis_shares_at(grid_position(grid, position));
+        layers = around.layers;
+// #endif
+// #if BOUNCE
+        behind = axis_densities(layers, axis_shares_at(grid_position(hair_grid, position)));
+// #else
+        behind = axis_densities(layers, axis_shares_at(grid_position(grid, position)));
 // #endif
     }
 // #if ELLIPTIC_TABLES
@@ -320,9 +343,9 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         }
 // #endif
         let direct_power = max(unblocked, unblocked_tt) * light.power;
-        var density_back = 0.0;
-        if (TERMS & TERM_LOCAL) != 0u {
-            density_back = batch.density_back * local_density(around, light.direction);
+        var density_back = vec3f(0.0);
+        if (TERMS & (TERM_LOCAL | TERM_GLOBAL)) != 0u {
+            density_back = batch.density_back * local_density(behind, light.direction);
         }
         let source = light_in_frame(frame * light.direction, light.lambda);
 // #if TABLES
@@ -365,11 +388,13 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
         let at = sample_forward(record.sin_theta);
 // #endif
         let arriving = forward_light(
-            record, at.a_f, at.beta_f_2, light.rgb, light.lambda);
+            record, at.a_f, at.beta_f_2, light.rgb, light.lambda, layers, density_back);
         let gained = batch.density_forward * arriving.gained;
         let power = max(max(gained.x, gained.y), gained.z) * light.power;
         let radiance_in = light.solid_angle * gained * light.rgb;
-        let has_global = (TERMS & TERM_GLOBAL) != 0u && power * arriving.density >= batch.min_power;
+        let global_in = batch.density_forward * arriving.global;
+        let global_power = max(max(global_in.x, global_in.y), global_in.z) * light.power;
+        let has_global = (TERMS & TERM_GLOBAL) != 0u && global_power >= batch.min_power;
         let has_local =
             (TERMS & TERM_LOCAL) != 0u && power * batch.max_local >= batch.min_power;
 // #if TABLES
@@ -386,7 +411,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
             let global = global_scattering(
                 source.direction, eye, arriving.sigma_f, shading, lobes_tt, lobes_trt);
 // #endif
-            sum += arriving.density * radiance_in * global;
+            sum += light.solid_angle * global_in * light.rgb * global;
             evaluated.z++;
         }
         if has_local {

@@ -2,7 +2,7 @@
 //! `find_axis_shares` in `shaders/pass/voxelise.wgsl`.
 
 use glam::Vec3;
-use strandlight_scattering::closed_form::TERM_LOCAL;
+use strandlight_scattering::closed_form::{TERM_GLOBAL, TERM_LOCAL};
 use strandlight_scattering::wide::LANES;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::volume::{Grid, SELF_LIFT, extinction};
@@ -58,9 +58,9 @@ impl AxisShares {
         }
     }
 
-    /// [`AxisShares::new`], if local scattering of `scene`, which alone reads them, is drawn.
+    /// [`AxisShares::new`], if multiple scattering of `scene`, which alone reads them, is drawn.
     pub fn if_drawn(scene: &PreparedScene, grid: &Grid, volume: &[[f32; 8]]) -> Option<AxisShares> {
-        (scene.terms() & TERM_LOCAL != 0).then(|| AxisShares::new(grid, volume))
+        (scene.terms() & (TERM_LOCAL | TERM_GLOBAL) != 0).then(|| AxisShares::new(grid, volume))
     }
 
     /// At a position, of light from +x, +y, +z, -x, -y, -z: trilinear look-up.

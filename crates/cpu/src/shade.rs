@@ -3,10 +3,11 @@
 use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, ForwardTable, LightInFrame, PackedRecord, PaintedHair, SampleAverages,
-    SampleLobes, Shading, ShadowRecord, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, WidthProfile,
-    direct_local_scattering, forward_light, forward_table, global_scattering, local_density,
-    local_scattering, painted_averages, painted_fibre, painted_shading, sample_forward,
+    DirectionInFrame, ForwardTable, HairLayers, LAYERS_SINE, LightInFrame, PackedRecord,
+    PaintedHair, SampleAverages, SampleLobes, Shading, ShadowRecord, TERM_GLOBAL, TERM_LOCAL,
+    TERM_SINGLE, WidthProfile, axis_densities, direct_local_scattering, forward_light,
+    forward_table, global_scattering, hair_layers, local_density, local_scattering,
+    painted_averages, painted_fibre, painted_shading, plain_layers, sample_forward,
     sample_painted_forward, shadowed_single_scattering, unpack_paint, unpack_record,
 };
 use strandlight_scene::PreparedScene;
@@ -45,7 +46,7 @@ impl Counts {
 }
 
 /// Adds the lights of a batch to the `radiance` of all points, times the view's radiance scale.
-/// `shadows` are those of the batch, `visibility` that of the shadow maps; `axis_shares` are there where local
+/// `shadows` are those of the batch, `visibility` that of the shadow maps; `axis_shares` are there where multiple
 /// scattering is drawn.
 pub(super) fn shade(
     scene: &PreparedScene,
@@ -157,6 +158,7 @@ pub(super) struct PointShader<'a> {
     view: &'a ViewUniform,
     shading: Shading<'a>,
     forward: ForwardTable,
+    layers: HairLayers,
     hair: PaintedHair,
     terms: Terms,
     profile: Option<&'a WidthProfile>,
@@ -164,7 +166,7 @@ pub(super) struct PointShader<'a> {
 }
 
 impl<'a> PointShader<'a> {
-    /// For the points of `scene` as `view` sees them, with a `profile` where strands are wide, and `axis_shares` where local
+    /// For the points of `scene` as `view` sees them, with a `profile` where strands are wide, and `axis_shares` where multiple
     /// scattering is drawn.
     pub fn new(
         scene: &'a PreparedScene,
@@ -178,6 +180,7 @@ impl<'a> PointShader<'a> {
             view,
             shading: optics.shading(scene.tables.view()),
             forward: forward_table(scene.hair.averages()),
+            layers: plain_layers(scene.hair.averages()),
             hair: optics.painted_hair(),
             terms: Terms::new(scene),
             profile,
@@ -204,9 +207,6 @@ impl<'a> PointShader<'a> {
         let [u, v, w] = strands.frame(point);
         let in_frame = |d: Vec3| [u.dot(d), v.dot(d), w.dot(d)];
         let eye = DirectionInFrame::from_vector(in_frame(Vec3::from(self.view.eye) - position));
-        let around = self
-            .axis_shares
-            .map_or([0.0; 6], |shares| shares.at(position));
         let paint = scene
             .paint()
             .map(|paint| unpack_paint(&paint[point].texel()));
@@ -219,6 +219,16 @@ impl<'a> PointShader<'a> {
         let painted = painted.map(|(paint, (fibre, views))| {
             let shading = painted_shading(views, fibre);
             (shading, painted_averages(views.averages, fibre, paint))
+        });
+        let layers = match &painted {
+            Some((_, averages)) if self.axis_shares.is_some() => {
+                let (view, row) = (&averages.view, &averages.row);
+                hair_layers(sample_painted_forward(view, row, LAYERS_SINE).0, averages)
+            }
+            _ => self.layers,
+        };
+        let around = self.axis_shares.map_or([[0.0; 6]; 3], |shares| {
+            axis_densities(&layers, &shares.at(position))
         });
         let mut sum = [0.0; 4];
         let mut evaluated = [0; 4];
@@ -234,7 +244,9 @@ impl<'a> PointShader<'a> {
                 source: &source,
                 eye: &eye,
                 scale: self.view.radiance_scale,
-                density_back: terms.densities[1] * local_density(&around, light.direction),
+                layers: &layers,
+                density_back: local_density(&around, light.direction)
+                    .map(|density| terms.densities[1] * density),
                 sides: self.profile.map(|profile| profile.sides(&source, &eye)),
             };
             let arriving = (&record, unblocked, unblocked_tt);
@@ -312,8 +324,10 @@ struct LightAt<'a> {
     eye: &'a DirectionInFrame,
     /// The view's radiance scale.
     scale: f32,
-    /// d_b B.
-    density_back: f32,
+    /// The hair around.
+    layers: &'a HairLayers,
+    /// d_b f_local.
+    density_back: [f32; 3],
     /// Factors of its modes over the width of a strand, where that is wide.
     sides: Option<[f32; 3]>,
 }
@@ -364,6 +378,7 @@ impl Terms {
             source,
             eye,
             scale,
+            layers,
             density_back,
             sides,
         } = of_light;
@@ -410,30 +425,31 @@ impl Terms {
         }
         if self.bits & TERM_LOCAL != 0 && direct_power * self.max_local >= self.min_power {
             let scattered = direct_local_scattering(source, eye, averages);
-            let factor = density_back * unblocked * light.solid_angle;
-            add([factor; 3], scattered, 1);
+            let factor = density_back.map(|density| density * unblocked * light.solid_angle);
+            add(factor, scattered, 1);
         }
         if self.bits & (TERM_LOCAL | TERM_GLOBAL) == 0 {
             sum[3] += of_single;
             return;
         }
         let (a_f, beta_f_2) = forward(record.sin_theta);
-        let arriving = forward_light(record, a_f, beta_f_2, light.rgb, light.lambda);
+        let (colored, behind) = ((light.rgb, light.lambda), (layers, density_back));
+        let arriving = forward_light(record, a_f, beta_f_2, colored, behind);
         let gained = arriving.gained.map(|gained| density_forward * gained);
-        let power = gained[0].max(gained[1]).max(gained[2]) * light.power;
-        let factor = gained.map(|gained| light.solid_angle * gained);
+        let power_of = |shares: [f32; 3]| shares[0].max(shares[1]).max(shares[2]) * light.power;
         let (towards, sigma_f) = (&source.direction, arriving.sigma_f);
-        let density = arriving.density;
-        if self.bits & TERM_GLOBAL != 0 && power * density >= self.min_power {
+        let global = arriving.global.map(|global| density_forward * global);
+        if self.bits & TERM_GLOBAL != 0 && power_of(global) >= self.min_power {
             add(
-                factor.map(|factor| factor * density),
+                global.map(|global| light.solid_angle * global),
                 global_scattering(towards, eye, sigma_f, shading),
                 2,
             );
         }
-        if self.bits & TERM_LOCAL != 0 && power * self.max_local >= self.min_power {
+        if self.bits & TERM_LOCAL != 0 && power_of(gained) * self.max_local >= self.min_power {
             let scattered = local_scattering(towards, eye, sigma_f, averages);
-            add(factor.map(|factor| density_back * factor), scattered, 3);
+            let factor = [0, 1, 2].map(|c: usize| density_back[c] * light.solid_angle * gained[c]);
+            add(factor, scattered, 3);
         }
         sum[3] += of_single;
     }

@@ -7,7 +7,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::closed_form::{
     DirectionInFrame, LightInFrame, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, WidthProfile,
-    forward_table,
+    forward_table, plain_layers,
 };
 use strandlight_scattering::multiple_tables::{MultipleTables, PaintedTables};
 use strandlight_scattering::wide::{
@@ -96,7 +96,7 @@ pub(super) struct WideShader<'a> {
     wide_narrow: WideLights,
     /// What shadow maps say, once there are some.
     maps: Option<&'a Unblocked>,
-    /// Where local scattering is drawn.
+    /// Where multiple scattering is drawn.
     axis_shares: Option<&'a AxisShares>,
     /// Where strands are wide.
     profile: Option<&'a WidthProfile>,
@@ -152,7 +152,7 @@ pub(super) struct WideShaded {
 
 impl<'a> WideShader<'a> {
     /// For the `lights` that arrive, as `view` sees `scene`, narrow ones along segments by `maps`, once there are some; with
-    /// `axis_shares` where local scattering is drawn. By `peaks`, of drafts, what hardly counts is left to chance. Wide strands have a `profile`.
+    /// `axis_shares` where multiple scattering is drawn. By `peaks`, of drafts, what hardly counts is left to chance. Wide strands have a `profile`.
     pub fn new(
         scene: &'a PreparedScene,
         (view, profile): (&'a ViewUniform, Option<&'a WidthProfile>),
@@ -167,6 +167,7 @@ impl<'a> WideShader<'a> {
         let plain = tables.plain.as_ref().map(|tables| PlainOptics {
             shading: scene.hair.optics().shading(scene.tables.view()),
             forward: forward_table(scene.hair.averages()),
+            layers: plain_layers(scene.hair.averages()),
             tables,
         });
         let n_lights = arriving.lights.len();
@@ -358,11 +359,11 @@ impl<'a> WideShader<'a> {
         let is_draft = matches!(written, Written::Draft(_));
         if terms.bits & (TERM_LOCAL | TERM_GLOBAL) != 0 {
             let mut sums = [f32x8::splat(simd, 0.0); 3];
-            let around = self.around(at.point);
+            let around = self.around(at.point, optics);
             for (ix, (lights, unblocked)) in self.lights.iter().zip(&*unblocked).enumerate() {
                 let records = arriving.records(&lights.columns);
                 let Multiple { direct, forward } =
-                    self.multiple(simd, lights, &records, (&place, optics), around);
+                    self.multiple(simd, lights, &records, (&place, optics), &around);
                 let unblocked = f32x8::load_array_ref(simd, unblocked);
                 for channel in 0..3 {
                     let rgb = f32x8::load_array_ref(simd, &lights.rgb[channel]);

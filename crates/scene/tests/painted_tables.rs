@@ -6,9 +6,9 @@ use std::sync::Arc;
 use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::{BakedFile, TableFile};
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, LightInFrame, PointPaint, TERM_GLOBAL, TERM_LOCAL, direct_local_scattering,
-    global_scattering, local_scattering, painted_averages, painted_fibre, painted_shading,
-    sample_painted_forward,
+    DirectionInFrame, LAYERS_SINE, LightInFrame, PointPaint, TERM_GLOBAL, TERM_LOCAL,
+    direct_local_scattering, global_scattering, hair_layers, local_scattering, painted_averages,
+    painted_fibre, painted_shading, plain_layers, sample_painted_forward,
 };
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::jobs::Job;
@@ -244,6 +244,47 @@ fn what_hair_around_sends_on_is_as_one_look_up_says() {
         });
         for (found, one) in found.iter().zip(a_f.iter().chain(&beta_f_2)) {
             assert!((found[0] - one).abs() < 2e-6, "{sine}: {found:?} {one}");
+        }
+    }
+}
+
+/// Painted as the hair is, a point has the layers of hair that is not painted.
+#[test]
+fn layers_of_painted_hair_are_those_of_plain_hair() {
+    for sigma_a in [[0.03, 0.1, 0.3], [0.3, 0.9, 3.0]] {
+        let hair = HairParams {
+            sigma_a,
+            ..HairParams::default()
+        };
+        let mut bundled = painted(&hair, PaintKinds::default());
+        bundled.material.keep_plain();
+        let optics = bundled.material.optics();
+        let painted = optics.painted_hair();
+        let views = optics.painted_views(&painted, bundled.tables.view());
+        let paint = dyed(sigma_a.map(|s| s as f32), None);
+        let fibre = painted_fibre(&painted.fibre, &paint);
+        let averages = painted_averages(views.averages, &fibre, &paint);
+        let (a_f, _) = sample_painted_forward(&averages.view, &averages.row, LAYERS_SINE);
+        let found = hair_layers(a_f, &averages);
+        let expected = plain_layers(bundled.material.averages());
+        for channel in 0..3 {
+            let pairs = [
+                (found.loss[channel], expected.loss[channel]),
+                (found.returned[channel], expected.returned[channel]),
+                (found.gain[channel], expected.gain[channel]),
+                (found.reflected[channel], expected.reflected[channel]),
+                (
+                    found.attenuation_b[channel],
+                    expected.attenuation_b[channel],
+                ),
+            ];
+            for (found, expected) in pairs {
+                let error = (found - expected).abs();
+                assert!(
+                    error < 0.02 * expected.max(1e-3),
+                    "{sigma_a:?}: {found} {expected}"
+                );
+            }
         }
     }
 }

@@ -28,7 +28,7 @@ pub(super) struct Inputs<'a> {
     pub visible: &'a VisiblePoints,
     /// That of the shadow volume.
     pub grid: &'a Grid,
-    /// Where local scattering is drawn.
+    /// Where multiple scattering is drawn.
     pub axis_shares: Option<&'a AxisShares>,
     /// `[light][voxel]`
     pub records: &'a [PackedRecord],

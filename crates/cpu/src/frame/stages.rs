@@ -71,7 +71,7 @@ impl Frame {
         self.ran("voxelise", seconds, bytes);
     }
 
-    /// If local scattering is drawn.
+    /// If multiple scattering is drawn.
     pub(super) fn find_axis_shares(&mut self, scene: &PreparedScene) {
         if let (None, Some((grid, volume))) = (&self.axis_shares, &self.volume) {
             self.axis_shares = AxisShares::if_drawn(scene, grid, volume);

@@ -36,7 +36,7 @@ pub(in super::super) struct Frame {
     pub(super) are_lights_current: bool,
     pub(super) voxelising: Option<(Grid, Voxelising)>,
     pub(super) volume: Option<(Grid, Vec<[f32; 8]>)>,
-    /// Of that volume, where local scattering is or was drawn.
+    /// Of that volume, where multiple scattering is or was drawn.
     pub(super) axis_shares: Option<AxisShares>,
     /// Are all of its tiles made?
     pub(super) listing: Option<(Listing, bool)>,

@@ -115,8 +115,9 @@ impl WideShader<'_> {
             let [a, b, c] = depths_of_shares(shares);
             let sines: [f32; LANES] = std::array::from_fn(|lane| of_lobe(lane).sin_theta);
             let records = [a.into(), b.into(), c.into(), sines];
+            let around = self.around(point, optics);
             let Multiple { direct, forward } =
-                self.multiple(simd, &eight, &records, (&place, optics), self.around(point));
+                self.multiple(simd, &eight, &records, (&place, optics), &around);
             for (channel, sum) in sum.iter_mut().enumerate() {
                 let found: [f32; LANES] = (direct[channel] * shares[0] + forward[channel]).into();
                 let lanes = eight.rgb[channel].iter().zip(found);

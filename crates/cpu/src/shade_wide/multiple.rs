@@ -1,7 +1,7 @@
 //! Multiple scattering of eight lights at a point.
 
 use glam::Vec3;
-use strandlight_scattering::closed_form::{TERM_GLOBAL, TERM_LOCAL};
+use strandlight_scattering::closed_form::{AxisDensities, TERM_GLOBAL, TERM_LOCAL, axis_densities};
 use strandlight_scattering::multiple_tables::AzimuthsOfLights;
 use strandlight_scattering::wide::{
     Directions, LANES, Place, ShadowRecords, Simd, f32x8, forward_light, local_density, prelude::*,
@@ -13,12 +13,13 @@ use super::eight_lights::{EightLights, Multiple};
 use super::optics::{PointOptics, Seen};
 
 impl WideShader<'_> {
-    /// How open the hair around a point is along the axes, for [`local_density`].
+    /// What the hair around a point sends back along the axes, for [`local_density`].
     #[inline(always)]
-    pub(super) fn around(&self, point: usize) -> [f32; 6] {
+    pub(super) fn around(&self, point: usize, optics: &impl PointOptics) -> AxisDensities {
         let position = Vec3::from_slice(&self.scene.strands.points[point]);
-        self.axis_shares
-            .map_or([0.0; 6], |shares| shares.at(position))
+        self.axis_shares.map_or([[0.0; 6]; 3], |shares| {
+            axis_densities(optics.layers(), &shares.at(position))
+        })
     }
 
     /// Global, local and direct local scattering of up to eight lights, for an amplitude of 1 each, with the hair
@@ -30,7 +31,7 @@ impl WideShader<'_> {
         lights: &EightLights,
         records: &[[f32; LANES]; 4],
         (place, optics): (&Place, &impl PointOptics),
-        around: [f32; 6],
+        around: &AxisDensities,
     ) -> Multiple<S> {
         let bits = self.terms.bits;
         let [density_forward, density_back] = self.terms.densities;
@@ -62,7 +63,12 @@ impl WideShader<'_> {
             sin_theta: sine,
         };
         let averages = sample_forward(optics.forward(), sine);
-        let forward = forward_light(&record, &averages, &rgb, lambda);
+        let mut density = local_density(around, &[x, y, z]);
+        for density in &mut density {
+            *density *= density_back;
+        }
+        let behind = (optics.layers(), &density);
+        let forward = forward_light(&record, &averages, &rgb, lambda, behind);
         let seen = Seen {
             theta: at.theta,
             cos_theta: at.cos_theta,
@@ -71,7 +77,6 @@ impl WideShader<'_> {
         };
         let (global, local) = optics.at_lights(&seen, forward.sigma_f);
         let has_local = bits & TERM_LOCAL != 0;
-        let density_back = local_density(&around, &[x, y, z]) * density_back;
         let mut direct = [zero; 3];
         if has_local {
             direct = optics.direct_at_lights(&seen, lambda);
@@ -84,12 +89,12 @@ impl WideShader<'_> {
             let mut scattered = zero;
             let gained = forward.gained[channel] * density_forward;
             if bits & TERM_GLOBAL != 0 {
-                scattered += gained * forward.density * global[channel];
+                scattered += forward.global[channel] * density_forward * global[channel];
             }
             if has_local {
-                scattered += gained * local[channel] * density_back;
+                scattered += gained * local[channel] * density[channel];
             }
-            found.direct[channel] = solid_angle * (direct[channel] * density_back);
+            found.direct[channel] = solid_angle * (direct[channel] * density[channel]);
             found.forward[channel] = solid_angle * scattered;
         }
         found

@@ -1,8 +1,9 @@
 //! What shading reads of the fibre at a point: that of the scene, or that of a painted point.
 
 use strandlight_scattering::closed_form::{
-    AverageRow, Fibre, ForwardTable, PaintedHair, PaintedViews, PointLobes, Shading, TERM_GLOBAL,
-    TERM_LOCAL, TERM_SINGLE, painted_averages, painted_fibre, painted_shading, unpack_paint,
+    AverageRow, Fibre, ForwardTable, HairLayers, LAYERS_SINE, NO_LAYERS, PaintedHair,
+    PaintedPointAverages, PaintedViews, PointLobes, Shading, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE,
+    hair_layers, painted_averages, painted_fibre, painted_shading, sample_forward, unpack_paint,
 };
 use strandlight_scattering::multiple_tables::{
     AzimuthsOfLights, MultipleTables, PaintedPlaces, PaintedTables, painted_forward_table,
@@ -29,6 +30,8 @@ pub(super) trait PointOptics {
     fn shading(&self) -> &Shading<'_>;
     /// Of the hair between the lights and the point.
     fn forward(&self) -> &ForwardTable;
+    /// Of the hair behind the point.
+    fn layers(&self) -> &HairLayers;
     /// Global and local scattering of light of width `sigma_f`.
     fn at_lights<S: Simd>(&self, seen: &Seen<S>, sigma_f: f32x8<S>) -> (Rgb<S>, Rgb<S>);
     /// Direct local scattering of lights of width `lambda`.
@@ -41,6 +44,7 @@ pub(super) trait PointOptics {
 pub(super) struct PlainOptics<'a> {
     pub shading: Shading<'a>,
     pub forward: ForwardTable,
+    pub layers: HairLayers,
     pub tables: &'a MultipleTables,
 }
 
@@ -53,6 +57,11 @@ impl PointOptics for PlainOptics<'_> {
     #[inline(always)]
     fn forward(&self) -> &ForwardTable {
         &self.forward
+    }
+
+    #[inline(always)]
+    fn layers(&self) -> &HairLayers {
+        &self.layers
     }
 
     #[inline(always)]
@@ -95,7 +104,7 @@ pub(super) struct LastPainted {
     tt: PointLobes,
     trt: PointLobes,
     /// Where averages of the hair around stood, and what is read of them.
-    forward: Option<(AverageRow, Box<ForwardTable>)>,
+    forward: Option<(AverageRow, Box<ForwardTable>, HairLayers)>,
 }
 
 /// A painted point: its fibre, and where its averages stand.
@@ -109,6 +118,7 @@ pub(super) struct PaintedPointFibre {
 pub(super) struct PaintedOptics<'a> {
     shading: Shading<'a>,
     forward: &'a ForwardTable,
+    layers: HairLayers,
     tables: &'a PaintedTables,
     places: PaintedPlaces,
 }
@@ -159,10 +169,16 @@ impl<'a> Painted<'a> {
     ) -> PaintedOptics<'b> {
         let terms = self.scene.terms();
         let has_forward = terms & (TERM_GLOBAL | TERM_LOCAL) == 0
-            || (last.forward.as_ref()).is_some_and(|(row, _)| *row == of.row);
+            || (last.forward.as_ref()).is_some_and(|(row, ..)| *row == of.row);
         if !has_forward {
             let table = painted_forward_table(&views.averages, &of.row);
-            last.forward = Some((of.row, Box::new(table)));
+            let (a_f, _) = sample_forward(&table, LAYERS_SINE);
+            let averages = PaintedPointAverages {
+                view: views.averages,
+                row: of.row,
+            };
+            let layers = hair_layers(a_f, &averages);
+            last.forward = Some((of.row, Box::new(table), layers));
         }
         let sigma_a = of.fibre.sigma_a;
         if terms & TERM_SINGLE != 0 && last.lobes != Some(sigma_a) {
@@ -179,7 +195,8 @@ impl<'a> Painted<'a> {
                 tt: last.tt.view(),
                 trt: last.trt.view(),
             },
-            forward: (last.forward.as_ref()).map_or(&NO_FORWARD, |(_, table)| table),
+            forward: (last.forward.as_ref()).map_or(&NO_FORWARD, |(_, table, _)| table),
+            layers: (last.forward.as_ref()).map_or(NO_LAYERS, |(.., layers)| *layers),
             tables: self.tables,
             places: of.places,
         }
@@ -195,6 +212,11 @@ impl PointOptics for PaintedOptics<'_> {
     #[inline(always)]
     fn forward(&self) -> &ForwardTable {
         self.forward
+    }
+
+    #[inline(always)]
+    fn layers(&self) -> &HairLayers {
+        &self.layers
     }
 
     #[inline(always)]

@@ -56,6 +56,7 @@ pub(crate) fn layouts() -> Vec<Layout> {
         preview::LAYOUTS,
         noise::LAYOUTS,
         lighting::LAYOUTS,
+        scattering::LAYOUTS,
         screen::LAYOUTS,
         shadow_map::LAYOUTS,
         shadows::LAYOUTS,

@@ -9,7 +9,7 @@ use super::stamp::Stamp;
 use crate::gpu::Context;
 use crate::gpu_optics::GpuOptics;
 use crate::gpu_tables::GpuTables;
-use strandlight_scattering::closed_form::forward_table;
+use strandlight_scattering::closed_form::{ForwardTable, HairLayers, forward_table, plain_layers};
 use strandlight_scene::RenderError;
 use strandlight_scene::material::{EditReport, HairMaterial, Part};
 use strandlight_scene::paint::PaintedPoint;
@@ -21,8 +21,8 @@ const SINGLE_BINDINGS: [u32; 6] = [3, 11, 12, 13, 14, 20];
 /// What the terms of scattering read: the hair's textures and the table C.
 pub(super) struct Scattering {
     optics: GpuOptics,
-    /// What [`forward_table`] answers.
-    forward: wgpu::Buffer,
+    /// [`HairAround`].
+    around: wgpu::Buffer,
     tables: GpuTables,
     /// In the place of the fibre's optics where hair is painted.
     painted: Option<Painted>,
@@ -32,12 +32,35 @@ pub(super) struct Scattering {
     fill: Option<Fill>,
 }
 
+/// What the hair around a point does to light, byte for byte the struct of `shaders/pass/shade.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct HairAround {
+    /// In front of the point.
+    forward: ForwardTable,
+    /// Behind it.
+    layers: HairLayers,
+}
+
+strandlight_scattering::mirrors! {
+    HairAround as "HairAround" in "pass/shade" { forward, layers }
+}
+
+impl HairAround {
+    fn of(hair: &HairMaterial) -> HairAround {
+        HairAround {
+            forward: forward_table(hair.averages()),
+            layers: plain_layers(hair.averages()),
+        }
+    }
+}
+
 impl Scattering {
     pub fn new(context: &Context, scene: &PreparedScene) -> Result<Self, RenderError> {
         let optics = GpuOptics::new(context, &[scene.hair.optics()]);
         Ok(Scattering {
             optics: optics.map_err(super::resources::failed)?,
-            forward: uniform(context, "forward", &forward_table(scene.hair.averages())),
+            around: uniform(context, "hair around", &HairAround::of(&scene.hair)),
             tables: GpuTables::new(context, &scene.tables),
             painted: scene
                 .paint()
@@ -122,9 +145,8 @@ impl Scattering {
             multiple.forget_groups();
         }
         if report.is_rebuilt(Part::Averages) {
-            let table = forward_table(hair.averages());
-            let bytes = bytemuck::bytes_of(&table);
-            context.write(&self.forward, 0, bytes);
+            let around = HairAround::of(hair);
+            context.write(&self.around, 0, bytemuck::bytes_of(&around));
         }
         let painted = self.painted.as_mut();
         let is_other = painted.is_some_and(|painted| painted.update(context, hair, report));
@@ -152,7 +174,7 @@ impl Scattering {
             (3, self.optics.shading.as_entire_binding()),
             (13, view(&self.optics.tt)),
             (14, view(&self.optics.trt)),
-            (16, self.forward.as_entire_binding()),
+            (16, self.around.as_entire_binding()),
         ]);
         match &self.multiple {
             Some(multiple) => bindings.extend(multiple.bindings()),

@@ -26,6 +26,7 @@ mod fibre;
 mod fisher;
 mod frame;
 mod global_scattering;
+mod hair_layers;
 mod half_circle;
 mod irradiance;
 mod lobes;
@@ -62,6 +63,10 @@ pub use fisher::{
 };
 pub use frame::{DirectionInFrame, Inclination, Lag, LightInFrame, inclination, lag_between};
 pub use global_scattering::{global_scattering, global_scattering_mode, half_circle_elliptic};
+pub use hair_layers::{
+    AxisDensities, HairLayers, LAYERS_SINE, NO_LAYERS, axis_densities, between_layers, hair_layers,
+    layers_of, local_density, plain_layers,
+};
 pub use half_circle::{
     half_circle, half_circle_basis, half_circle_r, half_circle_trt, half_circle_tt,
 };
@@ -74,9 +79,9 @@ pub use local_scattering::{direct_local_scattering, local_scattering};
 pub use longitudinal::{Longitudinal, longitudinal};
 pub use mean_cosine::mean_cosine;
 pub use multiple_scattering::{
-    CLOSED_FROM, DENSITY_BACK, DENSITY_BLOCKED, DENSITY_FORWARD, DENSITY_OPEN, ForwardLight,
-    ForwardTable, N_FORWARD, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, forward_light, forward_table,
-    global_density, local_density, sample_forward,
+    DENSITY_BACK, DENSITY_BLOCKED, DENSITY_FORWARD, DENSITY_OPEN, ForwardLight, ForwardTable,
+    N_FORWARD, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, forward_light, forward_table, global_density,
+    sample_forward,
 };
 pub use outer_integral::{
     GAUSS_HERMITE, LN_CULL, MAX_NODES, NodePlace, OuterNode, OuterRule, node_constants, node_count,
@@ -123,7 +128,7 @@ pub(crate) use fisher::{FISHER_CLAMP, FISHER_SPREAD, INVERSE_FISHER_CLAMP};
 pub(crate) use frame::COS_THETA_D_MIN;
 pub(crate) use local_scattering::{LOCAL_NODES, SHARE_MIN};
 pub(crate) use mean_cosine::{HUMLICEK_ABOVE, HUMLICEK_BELOW, MEAN_COSINE_MIN};
-pub(crate) use multiple_scattering::LAST_FORWARD;
+pub(crate) use multiple_scattering::{LAST_FORWARD, LEAST_LOST};
 pub(crate) use outer_integral::{
     CLAMP, COSINE_SHARPNESS, HALF_PI_SQUARED, INVERSE_CLAMP, MIDDLE, MIDDLE_END, NARROW,
     NARROW_END, VIEW_PULL,
@@ -142,6 +147,7 @@ pub fn layouts() -> Vec<Layout> {
         azimuthal_r::LAYOUTS,
         fibre::LAYOUTS,
         frame::LAYOUTS,
+        hair_layers::LAYOUTS,
         lobes::LAYOUTS,
         paint::LAYOUTS,
         painted_averages::LAYOUTS,

@@ -7,17 +7,18 @@
 //! L { T M^S + d_b f_local T Omega M^{L,dir} + d_f (T_f - T_vol) Omega (f_global M^G + d_b f_local M^L) }
 //! ```
 //!
-//! L and Omega being amplitude and solid angle of the light, T its unblocked share and T_f the
-//! share that is left when blocked light is scattered on by factors of a_f
-//! ([`super::transmitted`]). M^S is [`super::single_scattering()`]; M^{L,dir}
+//! L and Omega being amplitude and solid angle of the light, T its unblocked share and T_f what the hair in
+//! front lets through: by factors of a_f ([`super::transmitted`]), or F of [`super::between_layers`] where that is more. M^S is [`super::single_scattering()`]; M^{L,dir}
 //! ([`super::direct_local_scattering`]) is what light that comes straight sends into the hair
 //! behind and gets back; M^G ([`super::global_scattering`]) and M^L ([`super::local_scattering`])
 //! are both for light that has been scattered forward. Only blocked light has been, so no light is
 //! counted twice: T_f - T_vol and not T_f multiplies them (Zinke 2008, Figure 5, adds both). T_f and
 //! T_vol come from the shadow volume and are means over the hair about the point; T, before M^S and
-//! M^{L,dir}, is the point's own. f_global is [`global_density`], f_local [`local_density`].
+//! M^{L,dir}, is the point's own. f_global is [`global_density`], f_local
+//! [`super::local_density`].
 
 use super::averages::{AverageTexel, sample_averages};
+use super::hair_layers::{HairLayers, between_layers};
 use super::transmittance::{ShadowRecord, forward_events, transmitted};
 
 /// T M^S: light that comes straight and is scattered once.
@@ -93,8 +94,8 @@ pub const DENSITY_OPEN: f32 = 1.65;
 pub struct ForwardLight {
     /// T_f - T_vol, 0..=1.
     pub gained: [f32; 3],
-    /// Factor on what global scattering makes of it: [`global_density`] of T_vol.
-    pub density: f32,
+    /// What global scattering is made of: of the light that was only scattered forward [`global_density`] times as much.
+    pub global: [f32; 3],
     /// Its width in inclination, Xu's, radians: sigma_f^2 = lambda_j^2 + sigma_bar_f^2.
     pub sigma_f: f32,
 }
@@ -107,21 +108,8 @@ pub fn global_density(open: f32) -> f32 {
     DENSITY_BLOCKED + (DENSITY_OPEN - DENSITY_BLOCKED) * open
 }
 
-/// Share of the light that hair behind a point blocks, from which on that hair counts as layers without end.
-pub const CLOSED_FROM: f32 = 0.8;
-
-/// Factor on local scattering of light from the unit vector `towards`: 0 where no hair is behind the point, away from the
-/// light, to send it back, 1 where that hair blocks [`CLOSED_FROM`] or more of it. The averages of
-/// local scattering are for layers without end, which thin hair does not have. `axis_shares` are the shares of light from +x, +y, +z, -x, -y and -z that come through the hair to the
-/// point; between the axes they count by the squares of the direction.
-pub fn local_density(axis_shares: &[f32; 6], towards: [f32; 3]) -> f32 {
-    let mut open = 0.0;
-    for (axis, along) in towards.into_iter().enumerate() {
-        let away = if along > 0.0 { 3 + axis } else { axis };
-        open += along * along * axis_shares[away];
-    }
-    ((1.0 - open) * (1.0 / CLOSED_FROM)).clamp(0.0, 1.0)
-}
+/// Least share of the light that an event loses, as [`transmitted`] knows it.
+pub(crate) const LEAST_LOST: f32 = 0.03;
 
 /// T_f and T_vol are the record's, means over the hair about the point, even where the point's own
 /// unblocked share is known better: scattered light comes from all the hair around, from beside the
@@ -131,37 +119,50 @@ pub fn local_density(axis_shares: &[f32; 6], towards: [f32; 3]) -> f32 {
 /// the averages at the record's inclination, means of +theta and -theta. They are those of the
 /// fibre that is lit, painted or not: the fibres on the way count as such. sigma_bar_f^2 is
 /// beta_f^2 times the events it underwent ([`forward_events`]), the mean of the channels by what
-/// each carries.
+/// each carries; events are counted as if each sent on q of the light, in place of a_f.
+///
+/// T_f is at least what [`between_layers`] says of light that goes up and down in the hair too, the hair behind the point
+/// being such `layers`, of which the share `density` (d_b f_local) sends light back.
 pub fn forward_light(
     record: &ShadowRecord,
     a_f: [f32; 3],
     beta_f_2: [f32; 3],
-    rgb: [f32; 3],
-    lambda: f32,
+    (rgb, lambda): ([f32; 3], f32),
+    (layers, density): (&HairLayers, [f32; 3]),
 ) -> ForwardLight {
-    let p = a_f.map(|a_f| (1.0 - a_f).clamp(0.03, 1.0));
+    let p = a_f.map(|a_f| (1.0 - a_f).clamp(LEAST_LOST, 1.0));
     let share = transmitted(record, p);
-    let gained = share.map(|share| (share - record.shares[0]).max(0.0));
+    let lost = [0, 1, 2].map(|c: usize| (1.0 - layers.gain[c] * a_f[c]).clamp(LEAST_LOST, 1.0));
+    let left = transmitted(record, lost);
+    let all = between_layers(layers, left, density);
+    let forward = share.map(|share| (share - record.shares[0]).max(0.0));
+    let returned = [0, 1, 2].map(|c: usize| (all[c] - share[c]).max(0.0));
+    let gained = [0, 1, 2].map(|c: usize| forward[c] + returned[c]);
+    let density = global_density(record.shares[0]);
     // One width for all channels: each counts by what it carries.
     // Of a black light, too.
     let brightest = rgb[0].max(rgb[1]).max(rgb[2]).max(1e-30);
     let carried = [0, 1, 2].map(|c| gained[c] * (rgb[c] / brightest) + 1e-12);
-    let events = forward_events(record, p, share);
+    let events = forward_events(record, lost, left);
     let mean = (carried[0] * (beta_f_2[0] * events[0])
         + carried[1] * (beta_f_2[1] * events[1])
         + carried[2] * (beta_f_2[2] * events[2]))
         / (carried[0] + carried[1] + carried[2]);
     ForwardLight {
         gained,
-        density: global_density(record.shares[0]),
+        global: [0, 1, 2].map(|c: usize| density * forward[c] + returned[c]),
         sigma_f: (lambda * lambda + mean).sqrt(),
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::hair_layers::{NO_LAYERS, layers_of};
     use super::super::transmittance::{P_1, P_2};
     use super::*;
+
+    /// Fibres that send nothing back.
+    const NO_BACK: (&HairLayers, [f32; 3]) = (&NO_LAYERS, [1.0; 3]);
 
     fn record(tau: f32) -> ShadowRecord {
         ShadowRecord {
@@ -173,7 +174,13 @@ mod tests {
     #[test]
     fn one_depth_gives_the_expected_count_law() {
         let (a_f, tau, beta_2, lambda) = ([0.9, 0.7, 0.4], 3.0_f32, 0.05, 0.3_f32);
-        let forward = forward_light(&record(tau), a_f, [beta_2; 3], [1.0, 0.0, 0.0], lambda);
+        let forward = forward_light(
+            &record(tau),
+            a_f,
+            [beta_2; 3],
+            ([1.0, 0.0, 0.0], lambda),
+            NO_BACK,
+        );
         for (gained, a_f) in forward.gained.into_iter().zip(a_f) {
             let exact = (-tau * (1.0 - a_f)).exp() - (-tau).exp();
             assert!((gained - exact).abs() < 1e-4, "{gained} {exact}");
@@ -190,35 +197,50 @@ mod tests {
 
     #[test]
     fn an_open_light_gains_nothing_and_keeps_one_event() {
-        let forward = forward_light(&record(0.0), [0.9; 3], [0.04; 3], [1e30, 1e-30, 0.0], 0.1);
+        let forward = forward_light(
+            &record(0.0),
+            [0.9; 3],
+            [0.04; 3],
+            ([1e30, 1e-30, 0.0], 0.1),
+            NO_BACK,
+        );
         assert_eq!(forward.gained, [0.0; 3]);
-        assert!((forward.density - DENSITY_OPEN).abs() < 1e-6);
+        assert_eq!(forward.global, [0.0; 3]);
         assert!((forward.sigma_f - 0.05_f32.sqrt()).abs() < 1e-6);
     }
 
     #[test]
-    fn hair_behind_a_point_sends_light_back() {
-        // Hair below, and half as much of what counts as closed layers towards +x.
-        let shares = [1.0 - 0.5 * CLOSED_FROM, 1.0, 1.0, 1.0, 0.0, 1.0];
-        assert_eq!(local_density(&shares, [0.0, 1.0, 0.0]), 1.0);
-        assert_eq!(local_density(&shares, [0.0, -1.0, 0.0]), 0.0);
-        assert_eq!(local_density(&shares, [0.0, 0.0, 1.0]), 0.0);
-        assert!((local_density(&shares, [-1.0, 0.0, 0.0]) - 0.5).abs() < 1e-6);
-        // From in between some of both.
-        let between = local_density(&shares, [-0.8, 0.6, 0.0]);
-        let blocked = 0.64 * 0.5 * CLOSED_FROM + 0.36;
-        assert!((between - blocked / CLOSED_FROM).abs() < 1e-6, "{between}");
-        assert_eq!(local_density(&[0.0; 6], [0.6, 0.0, -0.8]), 1.0);
+    fn light_that_goes_up_and_down_adds_to_what_comes_through() {
+        let light = ([1.0; 3], 0.2);
+        let white = layers_of([0.75; 3], [0.6; 3]);
+        let gained = |layers: &HairLayers, density: f32| {
+            let behind = (layers, [density; 3]);
+            forward_light(&record(6.0), [0.75; 3], [0.1; 3], light, behind).gained[0]
+        };
+        let alone = gained(&NO_LAYERS, 1.0);
+        let [open, closed] = [0.0, 1.0].map(|density| gained(&white, density));
+        assert!(
+            open > 1.05 * alone && closed > 1.2 * open,
+            "{alone} {open} {closed}"
+        );
     }
 
     #[test]
     fn black_and_white_fibres_stay_in_range() {
         for tau in [0.0, 0.5, 20.0, 2000.0] {
             for a_f in [0.0, 0.5, 0.999] {
-                let forward = forward_light(&record(tau), [a_f; 3], [0.1; 3], [1.0; 3], 0.2);
+                let layers = layers_of([a_f; 3], [0.9 * a_f; 3]);
+                let behind = (&layers, [0.5; 3]);
+                let light = ([1.0; 3], 0.2);
+                let forward = forward_light(&record(tau), [a_f; 3], [0.1; 3], light, behind);
                 assert!(forward.gained.iter().all(|x| (0.0..=1.0).contains(x)));
-                let dense = DENSITY_BLOCKED..=DENSITY_OPEN;
-                assert!(dense.contains(&forward.density), "{tau}: {forward:?}");
+                let most = forward.gained.map(|gained| DENSITY_OPEN * gained);
+                let pairs = forward.global.into_iter().zip(most);
+                assert!(
+                    pairs
+                        .clone()
+                        .all(|(global, most)| (0.0..=most).contains(&global))
+                );
                 assert!(
                     (0.2..20.0).contains(&forward.sigma_f),
                     "{tau} {a_f}: {forward:?}"

@@ -28,10 +28,12 @@ pub struct Backscatter {
     pub model: Model,
 }
 
-/// Least discriminant D of [`counts`]: light passes some `2 / D` fibres on its way in and back. A stack has no end, hair
-/// has, and light that hair of model `energy` without absorption does not lose would come back from beyond it. Smaller
-/// than that of hair of model `marschner`, which loses 6 % of the light at an event.
-const D_MIN: f64 = 0.15;
+/// Least discriminant D of A_b. Only hair that loses next to nothing is below it; how much hair there is is known where it is drawn
+/// ([`hair_layers`](crate::closed_form::hair_layers())).
+const D_MIN: f64 = 0.03;
+/// The same of the [`counts`] of events: light passes some `2 / D` fibres on its way in and back, and in hair, which has an end, no
+/// more than those. Smaller than that of hair of model `marschner`, which loses 6 % of the light at an event.
+const D_MIN_EVENTS: f64 = 0.15;
 
 /// Up to here shifts add up; more go over into [`SHIFT_MOST`].
 const SHIFT_LINEAR: f64 = 0.5;
@@ -51,14 +53,16 @@ const SHIFT_MOST: f64 = 1.0;
 /// ```
 ///
 /// without cancellation, so also for hair so dark that next to nothing comes back. D is at least
-/// [`D_MIN`]; sums a_f + a_b above 1 are taken as 1.
+/// [`D_MIN`] in A_b and [`D_MIN_EVENTS`] in the counts; sums a_f + a_b above 1 are taken as 1.
 pub(super) fn counts(a_f: f64, a_b: f64) -> [f64; 3] {
     let (x, y) = (a_f * a_f, a_b * a_b);
     let lost = (1.0 - a_f - a_b).max(0.0);
     let square = lost * (1.0 - a_f + a_b) * (1.0 + a_f - a_b) * (1.0 + a_f + a_b);
-    let d = square.max(0.0).sqrt().max(D_MIN);
+    let root = square.max(0.0).sqrt();
+    let sent_back = |d: f64| 4.0 * a_b * x / ((1.0 + y - x + d) * (1.0 - y + x + d));
+    let attenuation = sent_back(root.max(D_MIN));
+    let d = root.max(D_MIN_EVENTS);
     let through = 1.0 - y + x + d;
-    let attenuation = 4.0 * a_b * x / ((1.0 + y - x + d) * through);
     let n_b = 1.0 + 2.0 * y * through / (d * ((1.0 - x - y).max(0.0) + d));
     [attenuation, through / d, n_b]
 }
@@ -124,7 +128,7 @@ pub fn published(event: &Event) -> Backscatter {
 /// `x = a_f^2` and `1 - x`, kept from 0.
 fn zinke_gap(a_f: f64) -> (f64, f64) {
     let x = a_f * a_f;
-    (x, (1.0 - x).max(D_MIN))
+    (x, (1.0 - x).max(D_MIN_EVENTS))
 }
 
 /// Applies `f` to `[a, alpha, beta^2]` forward and backward of each channel.
@@ -333,6 +337,6 @@ mod tests {
         // lose something.
         let of_loss = [0.0, 0.01, 0.02, 0.1].map(|lost| counts(0.8 - 0.5 * lost, 0.2 - 0.5 * lost));
         assert!(of_loss.is_sorted_by(|more, less| more[0] > less[0]));
-        close(of_loss[0][0], 0.53, 1e-2);
+        close(of_loss[0][0], 0.73, 1e-2);
     }
 }

@@ -5,7 +5,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
 use crate::closed_form::{
-    CLOSED_FROM, DENSITY_BLOCKED, DENSITY_OPEN, ForwardTable, LAST_FORWARD, LEAST_SHARE, P_1, P_2,
+    AxisDensities, DENSITY_BLOCKED, DENSITY_OPEN, ForwardTable, HairLayers, LAST_FORWARD,
+    LEAST_LOST, LEAST_SHARE, P_1, P_2,
 };
 
 use super::LANES;
@@ -39,8 +40,8 @@ pub fn depths_of_shares<S: Simd>(shares: [f32x8<S>; 3]) -> [f32x8<S>; 3] {
 pub struct ForwardLights<S: Simd> {
     /// T_f - T_vol, 0..=1.
     pub gained: [f32x8<S>; 3],
-    /// Factor on what global scattering makes of it, as there.
-    pub density: f32x8<S>,
+    /// What global scattering is made of, as there.
+    pub global: [f32x8<S>; 3],
     /// Width in inclination, Xu's, radians.
     pub sigma_f: f32x8<S>,
 }
@@ -130,17 +131,36 @@ fn global_density<S: Simd>(open: f32x8<S>) -> f32x8<S> {
 
 /// [`crate::closed_form::local_density`] of eight lights from the unit vectors `towards`.
 #[inline(always)]
-pub fn local_density<S: Simd>(axis_shares: &[f32; 6], towards: &[f32x8<S>; 3]) -> f32x8<S> {
+pub fn local_density<S: Simd>(densities: &AxisDensities, towards: &[f32x8<S>; 3]) -> [f32x8<S>; 3] {
     let simd = towards[0].token();
     let zero = f32x8::splat(simd, 0.0);
-    let mut open = zero;
+    let mut found = [zero; 3];
     for (axis, along) in towards.iter().enumerate() {
-        let up = f32x8::splat(simd, axis_shares[axis]);
-        let down = f32x8::splat(simd, axis_shares[3 + axis]);
-        let away = along.simd_gt(zero).select(down, up);
-        open = mul_add(*along * *along, away, open);
+        let is_up = along.simd_gt(zero);
+        let share = *along * *along;
+        for (found, densities) in found.iter_mut().zip(densities) {
+            let above = f32x8::splat(simd, densities[axis]);
+            let below = f32x8::splat(simd, densities[3 + axis]);
+            *found = mul_add(share, is_up.select(below, above), *found);
+        }
     }
-    clamp((1.0 - open) * (1.0 / CLOSED_FROM), 0.0, 1.0)
+    found
+}
+
+/// [`crate::closed_form::between_layers`] of one channel.
+#[inline(always)]
+fn between_layers<S: Simd>(
+    layers: &HairLayers,
+    channel: usize,
+    left: f32x8<S>,
+    density: f32x8<S>,
+) -> f32x8<S> {
+    let r = layers.reflected[channel];
+    // R (R - R_2).
+    let missing = (1.0 - density) * (r * layers.attenuation_b[channel]);
+    let lost = 1.0 - r * r;
+    let all = left * lost / mul_add(missing, 1.0 - left * left, f32x8::splat(left.token(), lost));
+    all.min(1.0)
 }
 
 /// [`crate::closed_form::forward_light`] of eight lights of colours `rgb`, above 0 in at least one
@@ -151,6 +171,7 @@ pub fn forward_light<S: Simd>(
     averages: &ForwardAverages<S>,
     rgb: &[f32x8<S>; 3],
     lambda: f32x8<S>,
+    (layers, density): (&HairLayers, &[f32x8<S>; 3]),
 ) -> ForwardLights<S> {
     let simd = lambda.token();
     let one = f32x8::splat(simd, 1.0);
@@ -159,14 +180,22 @@ pub fn forward_light<S: Simd>(
     // Of a black light, too.
     let brightest = one / rgb[0].max(rgb[1]).max(rgb[2]).max(1e-30);
     let most = record.depths[2] * (16.0 / P_2);
-    let mut gained = [open; 3];
+    let dense = global_density(open);
+    let (mut gained, mut global) = ([open; 3], [open; 3]);
     let (mut carried_sum, mut mean) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, 0.0));
     for channel in 0..3 {
         let a_f = averages.a_f[channel];
-        let p = clamp(one - a_f, 0.03, 1.0);
-        let [value, slope] = reach.at(p);
+        let p = clamp(one - a_f, LEAST_LOST, 1.0);
+        let [value, _] = reach.at(p);
         let share = transmitted(open, p, value);
-        gained[channel] = (share - open).max(0.0);
+        let lost = clamp(one - a_f * layers.gain[channel], LEAST_LOST, 1.0);
+        let [value, slope] = reach.at(lost);
+        let left = transmitted(open, lost, value);
+        let all = between_layers(layers, channel, left, density[channel]);
+        let forward = (share - open).max(0.0);
+        let returned = (all - share).max(0.0);
+        gained[channel] = forward + returned;
+        global[channel] = mul_add(forward, dense, returned);
         // One width for all channels: each counts by what it carries.
         let carried = mul_add(
             gained[channel],
@@ -174,17 +203,17 @@ pub fn forward_light<S: Simd>(
             f32x8::splat(simd, 1e-12),
         );
         // The number of forward scatterings.
-        let a_f = one - p;
+        let sent_on = one - lost;
         let inverse = one / value;
-        let depth = (one - p * slope * inverse) * inverse;
-        let events = a_f * share * depth / (share - open).max(1e-6);
-        let events = events.min(mul_add(a_f, most, one)).max(1.0);
+        let depth = (one - lost * slope * inverse) * inverse;
+        let events = sent_on * left * depth / (left - open).max(1e-6);
+        let events = events.min(mul_add(sent_on, most, one)).max(1.0);
         carried_sum += carried;
         mean += carried * (averages.beta_f_2[channel] * events);
     }
     ForwardLights {
         gained,
-        density: global_density(open),
+        global,
         sigma_f: (lambda * lambda + mean / carried_sum).sqrt(),
     }
 }
@@ -243,8 +272,11 @@ mod tests {
                 *entry = std::array::from_fn(|_| random.uniform(0.001, high) as f32);
             }
             let lights = lights(&mut random);
+            let mut below = |high: f64| [0; 3].map(|_| random.uniform(0.001, high) as f32);
+            let layers = closed_form::layers_of(below(0.8), below(0.5));
+            let densities = below(1.0);
             for (name, level) in levels() {
-                let (gained, density, sigma_f) = dispatch!(level, simd => {
+                let (gained, global, sigma_f) = dispatch!(level, simd => {
                     let of = |ix: usize| {
                         f32x8::from_fn(simd, |lane| lights.records[lane].shares[ix])
                     };
@@ -257,10 +289,11 @@ mod tests {
                         &sample_forward(&table, record.sin_theta),
                         &lights.rgb.map(|channel| f32x8::load_array(simd, channel)),
                         f32x8::load_array_ref(simd, &lights.lambda),
+                        (&layers, &densities.map(|density| f32x8::splat(simd, density))),
                     );
                     (
                         found.gained.map(<[f32; LANES]>::from),
-                        <[f32; LANES]>::from(found.density),
+                        found.global.map(<[f32; LANES]>::from),
                         <[f32; LANES]>::from(found.sigma_f),
                     )
                 });
@@ -271,8 +304,8 @@ mod tests {
                         record,
                         a_f,
                         beta_f_2,
-                        lights.rgb.map(|channel| channel[lane]),
-                        lights.lambda[lane],
+                        (lights.rgb.map(|channel| channel[lane]), lights.lambda[lane]),
+                        (&layers, densities),
                     );
                     let allowed = 1e-5f32;
                     let mut most = 0.0f32;
@@ -282,8 +315,10 @@ mod tests {
                         worst_gained = worst_gained.max(error / allowed);
                         most = most.max(expected);
                     }
-                    let error = (density[lane] - expected.density).abs();
-                    assert!(error < allowed, "{name} {error} {record:?}");
+                    for (found, expected) in global.iter().zip(expected.global) {
+                        let error = (found[lane] - expected).abs();
+                        assert!(error < allowed, "{name} {error} {record:?}");
+                    }
                     // The width of no light does not matter, and is rounding's.
                     let ratio = sigma_f[lane] / expected.sigma_f;
                     let error = most * (ratio - 1.0).abs();
@@ -304,7 +339,8 @@ mod tests {
         let mut random = SplitMix64(2);
         let mut n_between = 0;
         for _ in 0..2000 {
-            let shares: [f32; 6] = std::array::from_fn(|_| random.uniform(0.0, 1.0) as f32);
+            let densities: AxisDensities =
+                std::array::from_fn(|_| std::array::from_fn(|_| random.uniform(0.0, 1.0) as f32));
             let towards: [[f32; 3]; LANES] = std::array::from_fn(|_| {
                 let d = [0; 3].map(|_| random.uniform(-1.0, 1.0) as f32);
                 let length = d.iter().map(|x| x * x).sum::<f32>().sqrt();
@@ -313,12 +349,16 @@ mod tests {
             for (name, level) in levels() {
                 let found = dispatch!(level, simd => {
                     let along = |axis: usize| f32x8::from_fn(simd, |lane| towards[lane][axis]);
-                    <[f32; LANES]>::from(local_density(&shares, &[along(0), along(1), along(2)]))
+                    local_density(&densities, &[along(0), along(1), along(2)])
+                        .map(<[f32; LANES]>::from)
                 });
-                for (found, towards) in found.into_iter().zip(towards) {
-                    let expected = closed_form::local_density(&shares, towards);
-                    assert!((found - expected).abs() < 1e-6, "{name} {found} {expected}");
-                    n_between += u32::from(expected > 0.0 && expected < 1.0);
+                for (lane, towards) in towards.into_iter().enumerate() {
+                    let expected = closed_form::local_density(&densities, towards);
+                    for (found, expected) in found.iter().zip(expected) {
+                        let error = (found[lane] - expected).abs();
+                        assert!(error < 1e-6, "{name} {} {expected}", found[lane]);
+                        n_between += u32::from(expected > 0.0 && expected < 1.0);
+                    }
                 }
             }
         }
