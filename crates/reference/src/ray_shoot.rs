@@ -1,6 +1,7 @@
 //! Dual scattering with what lies between fibre and light taken from rays (Zinke 2008, section
 //! 4.1: the offline method), as published: without the renderer's factor on global scattering
-//! ([`strandlight_scattering::closed_form::global_density`]).
+//! ([`strandlight_scattering::closed_form::global_density`]), with layers without end behind a fibre
+//! (no f_local), and with factors of a_f before it (no F).
 //!
 //! Per seen fibre and direction omega_d of the light, drawn from the environment:
 //!

@@ -25,8 +25,7 @@
 //! F = u (1 - R^2) / (1 - R R_2 - u^2 R (R - R_2)),   R_2 = a_b + f_local A_b
 //! ```
 
-use super::averages::{AverageTexel, SampleAverages};
-use super::multiple_scattering::{forward_table, sample_forward};
+use super::averages::SampleAverages;
 
 /// Sine of the inclination whose averages stand for all hair behind a point.
 pub const LAYERS_SINE: f32 = 0.4;
@@ -115,15 +114,6 @@ pub fn hair_layers<A: SampleAverages + ?Sized>(a_f: [f32; 3], averages: &A) -> H
     let [up, down] =
         [LAYERS_THETA, -LAYERS_THETA].map(|theta| averages.averages_at(theta).attenuation_b);
     layers_of(a_f, [0, 1, 2].map(|c| 0.5 * (up[c] + down[c])))
-}
-
-/// The layers of hair that is not painted; without averages [`NO_LAYERS`].
-pub fn plain_layers(averages: &[AverageTexel]) -> HairLayers {
-    if averages.is_empty() {
-        return NO_LAYERS;
-    }
-    let (a_f, _) = sample_forward(&forward_table(averages), LAYERS_SINE);
-    hair_layers(a_f, averages)
 }
 
 /// f_local of the hair along +x, +y, +z, -x, -y and -z, by channel.

@@ -65,7 +65,7 @@ pub use frame::{DirectionInFrame, Inclination, Lag, LightInFrame, inclination, l
 pub use global_scattering::{global_scattering, global_scattering_mode, half_circle_elliptic};
 pub use hair_layers::{
     AxisDensities, HairLayers, LAYERS_SINE, NO_LAYERS, axis_densities, between_layers, hair_layers,
-    layers_of, local_density, plain_layers,
+    layers_of, local_density,
 };
 pub use half_circle::{
     half_circle, half_circle_basis, half_circle_r, half_circle_trt, half_circle_tt,
@@ -81,7 +81,7 @@ pub use mean_cosine::mean_cosine;
 pub use multiple_scattering::{
     DENSITY_BACK, DENSITY_BLOCKED, DENSITY_FORWARD, DENSITY_OPEN, ForwardLight, ForwardTable,
     N_FORWARD, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, forward_light, forward_table, global_density,
-    sample_forward,
+    plain_layers, sample_forward,
 };
 pub use outer_integral::{
     GAUSS_HERMITE, LN_CULL, MAX_NODES, NodePlace, OuterNode, OuterRule, node_constants, node_count,
