@@ -36,7 +36,7 @@ fn radiance(scene: &PreparedScene) -> Vec<f32> {
 fn both_backends_draw_every_choice_of_terms() {
     let context = context();
     // So much hair that it sends some light back.
-    let mut scene = scene_of(400, BLOND);
+    let mut scene = scene_of(800, BLOND);
     for scattering in Scattering::ALL {
         scene.set_scattering(scattering);
         let mut renderer = ProgressiveRenderer::new(&context, scene.clone()).unwrap();
@@ -99,7 +99,7 @@ fn both_backends_draw_hair_of_model_energy() {
 #[test]
 fn terms_add_up_to_the_total() {
     // So much hair that it sends some light back.
-    let mut scene = scene_of(400, BLOND);
+    let mut scene = scene_of(800, BLOND);
     let total = radiance(&scene);
     let mut sum = vec![0.0; total.len()];
     let mut norms = Vec::new();
