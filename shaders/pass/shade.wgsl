@@ -242,8 +242,8 @@ fn sample_forward(sin_theta: f32) -> ForwardAverages {
 // #endif
 
 // #if PAINTED
-// Layers of painted fibres.
-fn hair_layers(row: AverageRow) -> HairLayers {
+// The layers of hair that is painted as a point is.
+fn painted_layers(row: AverageRow) -> HairLayers {
     let a_f = sample_painted_forward(averages, row, LAYERS_SINE).a_f;
     let up = sample_averages(averages, row, LAYERS_THETA).attenuation_b;
     let down = sample_averages(averages, row, -LAYERS_THETA).attenuation_b;
@@ -310,7 +310,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
     var layers = HairLayers();
     if (TERMS & (TERM_LOCAL | TERM_GLOBAL)) != 0u {
 // #if PAINTED
-        layers = hair_layers(row);
+        layers = painted_layers(row);
 // #else
         layers = around.layers;
 // #endif

@@ -3,12 +3,12 @@
 use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, ForwardTable, HairLayers, LAYERS_SINE, LightInFrame, PackedRecord,
-    PaintedHair, SampleAverages, SampleLobes, Shading, ShadowRecord, TERM_GLOBAL, TERM_LOCAL,
-    TERM_SINGLE, WidthProfile, axis_densities, direct_local_scattering, forward_light,
-    forward_table, global_scattering, hair_layers, local_density, local_scattering,
-    painted_averages, painted_fibre, painted_shading, plain_layers, sample_forward,
-    sample_painted_forward, shadowed_single_scattering, unpack_paint, unpack_record,
+    DirectionInFrame, ForwardTable, HairLayers, LightInFrame, PackedRecord, PaintedHair,
+    SampleAverages, SampleLobes, Shading, ShadowRecord, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE,
+    WidthProfile, axis_densities, direct_local_scattering, forward_light, forward_table,
+    global_scattering, local_density, local_scattering, painted_averages, painted_fibre,
+    painted_layers, painted_shading, plain_layers, sample_forward, sample_painted_forward,
+    shadowed_single_scattering, unpack_paint, unpack_record,
 };
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::{ViewUniform, screen_position, shading_margin};
@@ -221,10 +221,7 @@ impl<'a> PointShader<'a> {
             (shading, painted_averages(views.averages, fibre, paint))
         });
         let layers = match &painted {
-            Some((_, averages)) if self.axis_shares.is_some() => {
-                let (view, row) = (&averages.view, &averages.row);
-                hair_layers(sample_painted_forward(view, row, LAYERS_SINE).0, averages)
-            }
+            Some((_, averages)) if self.axis_shares.is_some() => painted_layers(averages),
             _ => self.layers,
         };
         let around = self.axis_shares.map_or([[0.0; 6]; 3], |shares| {

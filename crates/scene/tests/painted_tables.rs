@@ -6,9 +6,9 @@ use std::sync::Arc;
 use strandlight_data::DEFAULT_TABLES;
 use strandlight_formats::{BakedFile, TableFile};
 use strandlight_scattering::closed_form::{
-    DirectionInFrame, LAYERS_SINE, LightInFrame, PointPaint, TERM_GLOBAL, TERM_LOCAL,
-    direct_local_scattering, global_scattering, hair_layers, local_scattering, painted_averages,
-    painted_fibre, painted_shading, plain_layers, sample_painted_forward,
+    DirectionInFrame, LightInFrame, PointPaint, TERM_GLOBAL, TERM_LOCAL, direct_local_scattering,
+    global_scattering, local_scattering, painted_averages, painted_fibre, painted_layers,
+    painted_shading, plain_layers, sample_painted_forward,
 };
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::jobs::Job;
@@ -264,8 +264,7 @@ fn layers_of_painted_hair_are_those_of_plain_hair() {
         let paint = dyed(sigma_a.map(|s| s as f32), None);
         let fibre = painted_fibre(&painted.fibre, &paint);
         let averages = painted_averages(views.averages, &fibre, &paint);
-        let (a_f, _) = sample_painted_forward(&averages.view, &averages.row, LAYERS_SINE);
-        let found = hair_layers(a_f, &averages);
+        let found = painted_layers(&averages);
         let expected = plain_layers(bundled.material.averages());
         for channel in 0..3 {
             let pairs = [

@@ -1,9 +1,9 @@
 //! What shading reads of the fibre at a point: that of the scene, or that of a painted point.
 
 use strandlight_scattering::closed_form::{
-    AverageRow, Fibre, ForwardTable, HairLayers, LAYERS_SINE, NO_LAYERS, PaintedHair,
-    PaintedPointAverages, PaintedViews, PointLobes, Shading, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE,
-    hair_layers, painted_averages, painted_fibre, painted_shading, sample_forward, unpack_paint,
+    AverageRow, Fibre, ForwardTable, HairLayers, NO_LAYERS, PaintedHair, PaintedPointAverages,
+    PaintedViews, PointLobes, Shading, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, painted_averages,
+    painted_fibre, painted_layers, painted_shading, unpack_paint,
 };
 use strandlight_scattering::multiple_tables::{
     AzimuthsOfLights, MultipleTables, PaintedPlaces, PaintedTables, painted_forward_table,
@@ -172,12 +172,10 @@ impl<'a> Painted<'a> {
             || (last.forward.as_ref()).is_some_and(|(row, ..)| *row == of.row);
         if !has_forward {
             let table = painted_forward_table(&views.averages, &of.row);
-            let (a_f, _) = sample_forward(&table, LAYERS_SINE);
-            let averages = PaintedPointAverages {
+            let layers = painted_layers(&PaintedPointAverages {
                 view: views.averages,
                 row: of.row,
-            };
-            let layers = hair_layers(a_f, &averages);
+            });
             last.forward = Some((of.row, Box::new(table), layers));
         }
         let sigma_a = of.fibre.sigma_a;

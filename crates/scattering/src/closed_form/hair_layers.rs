@@ -25,7 +25,7 @@
 //! F = u (1 - R^2) / (1 - R R_2 - u^2 R (R - R_2)),   R_2 = a_b + f_local A_b
 //! ```
 
-use super::averages::SampleAverages;
+use super::averages::{AverageTexel, sample_averages};
 
 /// Sine of the inclination whose averages stand for all hair behind a point.
 pub const LAYERS_SINE: f32 = 0.4;
@@ -109,11 +109,17 @@ pub fn layers_of(a_f: [f32; 3], attenuation_b: [f32; 3]) -> HairLayers {
     layers
 }
 
-/// [`layers_of`] averages, a_f being that at the sine [`LAYERS_SINE`].
-pub fn hair_layers<A: SampleAverages + ?Sized>(a_f: [f32; 3], averages: &A) -> HairLayers {
-    let [up, down] =
-        [LAYERS_THETA, -LAYERS_THETA].map(|theta| averages.averages_at(theta).attenuation_b);
-    layers_of(a_f, [0, 1, 2].map(|c| 0.5 * (up[c] + down[c])))
+/// The layers of hair that is not painted; without averages [`NO_LAYERS`].
+pub fn plain_layers(averages: &[AverageTexel]) -> HairLayers {
+    if averages.is_empty() {
+        return NO_LAYERS;
+    }
+    let [up, down] = [LAYERS_THETA, -LAYERS_THETA].map(|theta| sample_averages(averages, theta));
+    let mean = |up: [f32; 3], down: [f32; 3]| [0, 1, 2].map(|c: usize| 0.5 * (up[c] + down[c]));
+    layers_of(
+        mean(up.a_f, down.a_f),
+        mean(up.attenuation_b, down.attenuation_b),
+    )
 }
 
 /// f_local of the hair along +x, +y, +z, -x, -y and -z, by channel.

@@ -64,8 +64,8 @@ pub use fisher::{
 pub use frame::{DirectionInFrame, Inclination, Lag, LightInFrame, inclination, lag_between};
 pub use global_scattering::{global_scattering, global_scattering_mode, half_circle_elliptic};
 pub use hair_layers::{
-    AxisDensities, HairLayers, LAYERS_SINE, NO_LAYERS, axis_densities, between_layers, hair_layers,
-    layers_of, local_density,
+    AxisDensities, HairLayers, NO_LAYERS, axis_densities, between_layers, layers_of, local_density,
+    plain_layers,
 };
 pub use half_circle::{
     half_circle, half_circle_basis, half_circle_r, half_circle_trt, half_circle_tt,
@@ -81,7 +81,7 @@ pub use mean_cosine::mean_cosine;
 pub use multiple_scattering::{
     DENSITY_BACK, DENSITY_BLOCKED, DENSITY_FORWARD, DENSITY_OPEN, ForwardLight, ForwardTable,
     N_FORWARD, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, forward_light, forward_table, global_density,
-    plain_layers, sample_forward,
+    sample_forward,
 };
 pub use outer_integral::{
     GAUSS_HERMITE, LN_CULL, MAX_NODES, NodePlace, OuterNode, OuterRule, node_constants, node_count,
@@ -93,7 +93,8 @@ pub use paint::{
 };
 pub use painted_averages::{
     AverageRow, N_AVERAGE_COLUMNS, PaintedAverages, PaintedAveragesView, PaintedPointAverages,
-    average_row, painted_place, sample_averages as sample_painted_averages, sample_painted_forward,
+    average_row, painted_layers, painted_place, sample_averages as sample_painted_averages,
+    sample_painted_forward,
 };
 pub use painted_lobes::{
     LAYER_MIDDLE, LobeLayer, PaintedDecode, PaintedPointLobes, PaintedView, PointLobes, lobe_layer,

@@ -14,11 +14,11 @@
 //! are both for light that has been scattered forward. Only blocked light has been, so no light is
 //! counted twice: T_f - T_vol and not T_f multiplies them (Zinke 2008, Figure 5, adds both). T_f and
 //! T_vol come from the shadow volume and are means over the hair about the point; T, before M^S and
-//! M^{L,dir}, is the point's own. f_global is [`global_density`], f_local
-//! [`super::local_density`].
+//! M^{L,dir}, is the point's own. f_global is [`global_density`], which what F adds
+//! does without, f_local [`super::local_density`].
 
 use super::averages::{AverageTexel, sample_averages};
-use super::hair_layers::{HairLayers, LAYERS_SINE, NO_LAYERS, between_layers, hair_layers};
+use super::hair_layers::{HairLayers, between_layers};
 use super::transmittance::{ShadowRecord, forward_events, transmitted};
 
 /// T M^S: light that comes straight and is scattered once.
@@ -82,15 +82,6 @@ pub fn sample_forward(table: &ForwardTable, sin_theta: f32) -> ([f32; 3], [f32; 
         mix(table[ix], table[ix + 2]),
         mix(table[ix + 1], table[ix + 3]),
     )
-}
-
-/// The layers of hair that is not painted; without averages [`NO_LAYERS`].
-pub fn plain_layers(averages: &[AverageTexel]) -> HairLayers {
-    if averages.is_empty() {
-        return NO_LAYERS;
-    }
-    let (a_f, _) = sample_forward(&forward_table(averages), LAYERS_SINE);
-    hair_layers(a_f, averages)
 }
 
 /// [`global_density`] where all light is blocked.
@@ -166,7 +157,7 @@ pub fn forward_light(
 
 #[cfg(test)]
 mod tests {
-    use super::super::hair_layers::layers_of;
+    use super::super::hair_layers::{NO_LAYERS, layers_of};
     use super::super::transmittance::{P_1, P_2};
     use super::*;
 

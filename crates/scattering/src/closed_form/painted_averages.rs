@@ -4,6 +4,7 @@
 use core::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use super::averages::{LocalAverages, SampleAverages};
+use super::hair_layers::{HairLayers, LAYERS_SINE, LAYERS_THETA, layers_of};
 use super::multiple_scattering::N_FORWARD;
 use super::painted_lobes::LAYER_MIDDLE;
 use crate::dual_scattering::N_INCLINATIONS;
@@ -251,4 +252,12 @@ pub fn sample_painted_forward(
         [r[0], g[0], b[0]],
         [r[1], g[1], b[1]].map(|x| row.width_scale_2 * x),
     )
+}
+
+/// The layers of hair that is painted as a point is.
+pub fn painted_layers(averages: &PaintedPointAverages) -> HairLayers {
+    let (a_f, _) = sample_painted_forward(&averages.view, &averages.row, LAYERS_SINE);
+    let [up, down] =
+        [LAYERS_THETA, -LAYERS_THETA].map(|theta| averages.averages_at(theta).attenuation_b);
+    layers_of(a_f, [0, 1, 2].map(|c| 0.5 * (up[c] + down[c])))
 }

@@ -29,7 +29,7 @@ pub struct Backscatter {
 }
 
 /// Least discriminant D of A_b. Only hair that loses next to nothing is below it; how much hair there is is known where it is drawn
-/// ([`hair_layers`](crate::closed_form::hair_layers())).
+/// ([`HairLayers`](crate::closed_form::HairLayers)).
 const D_MIN: f64 = 0.03;
 /// The same of the [`counts`] of events: light passes some `2 / D` fibres on its way in and back, and in hair, which has an end, no
 /// more than those. Smaller than that of hair of model `marschner`, which loses 6 % of the light at an event.
