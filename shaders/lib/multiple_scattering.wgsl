@@ -30,6 +30,9 @@ fn global_density(open: f32) -> f32 {
 // Least share of the light that an event loses.
 const LEAST_LOST: f32 = 0.03;
 
+// Share of the light that goes up and down between layers which comes to a point.
+const BETWEEN_LAYERS_SHARE: f32 = 0.5;
+
 // Of a light of this colour and width, for fibres of average a_f and beta_f_2,
 // where the share `density` of the hair behind, d_b f_local, sends light back.
 fn forward_light(
@@ -47,7 +50,7 @@ fn forward_light(
     let left = transmitted(record, lost);
     let all = between_layers(layers, left, density);
     let forward = max(share - record.shares.x, vec3f(0.0));
-    let returned = max(all - share, vec3f(0.0));
+    let returned = BETWEEN_LAYERS_SHARE * max(all - share, vec3f(0.0));
     let gained = forward + returned;
     let global = global_density(record.shares.x) * forward + returned;
     // One width for all channels: each counts by what it carries.

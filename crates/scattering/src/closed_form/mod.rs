@@ -79,9 +79,9 @@ pub use local_scattering::{direct_local_scattering, local_scattering};
 pub use longitudinal::{Longitudinal, longitudinal};
 pub use mean_cosine::mean_cosine;
 pub use multiple_scattering::{
-    DENSITY_BACK, DENSITY_BLOCKED, DENSITY_FORWARD, DENSITY_OPEN, ForwardLight, ForwardTable,
-    N_FORWARD, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, forward_light, forward_table, global_density,
-    sample_forward,
+    BETWEEN_LAYERS_SHARE, DENSITY_BACK, DENSITY_BLOCKED, DENSITY_FORWARD, DENSITY_OPEN,
+    ForwardLight, ForwardTable, N_FORWARD, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, forward_light,
+    forward_table, global_density, sample_forward,
 };
 pub use outer_integral::{
     GAUSS_HERMITE, LN_CULL, MAX_NODES, NodePlace, OuterNode, OuterRule, node_constants, node_count,

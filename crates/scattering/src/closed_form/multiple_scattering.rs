@@ -8,7 +8,7 @@
 //! ```
 //!
 //! L and Omega being amplitude and solid angle of the light, T its unblocked share and T_f what the hair in
-//! front lets through: by factors of a_f ([`super::transmitted`]), or F of [`super::between_layers`] where that is more. M^S is [`super::single_scattering()`]; M^{L,dir}
+//! front lets through: by factors of a_f ([`super::transmitted`]), and [`BETWEEN_LAYERS_SHARE`] of what F of [`super::between_layers`] is above that. M^S is [`super::single_scattering()`]; M^{L,dir}
 //! ([`super::direct_local_scattering`]) is what light that comes straight sends into the hair
 //! behind and gets back; M^G ([`super::global_scattering`]) and M^L ([`super::local_scattering`])
 //! are both for light that has been scattered forward. Only blocked light has been, so no light is
@@ -111,6 +111,10 @@ pub fn global_density(open: f32) -> f32 {
 /// Least share of the light that an event loses, as [`transmitted`] knows it.
 pub(crate) const LEAST_LOST: f32 = 0.03;
 
+/// Share of the light that goes up and down between layers which comes to a point: a stack of layers has no sides, and in hair the other
+/// half goes out there (`docs/book/src/accuracy/accuracy.md`).
+pub const BETWEEN_LAYERS_SHARE: f32 = 0.5;
+
 /// T_f and T_vol are the record's, means over the hair about the point, even where the point's own
 /// unblocked share is known better: scattered light comes from all the hair around, from beside the
 /// straight line to the light too.
@@ -121,7 +125,7 @@ pub(crate) const LEAST_LOST: f32 = 0.03;
 /// beta_f^2 times the events it underwent ([`forward_events`]), the mean of the channels by what
 /// each carries; events are counted as if each sent on q of the light, in place of a_f.
 ///
-/// T_f is at least what [`between_layers`] says of light that goes up and down in the hair too, the hair behind the point
+/// T_f has [`BETWEEN_LAYERS_SHARE`] of what [`between_layers`] adds, of light that goes up and down in the hair too, the hair behind the point
 /// being such `layers`, of which the share `density` (d_b f_local) sends light back.
 pub fn forward_light(
     record: &ShadowRecord,
@@ -136,7 +140,7 @@ pub fn forward_light(
     let left = transmitted(record, lost);
     let all = between_layers(layers, left, density);
     let forward = share.map(|share| (share - record.shares[0]).max(0.0));
-    let returned = [0, 1, 2].map(|c: usize| (all[c] - share[c]).max(0.0));
+    let returned = [0, 1, 2].map(|c: usize| BETWEEN_LAYERS_SHARE * (all[c] - share[c]).max(0.0));
     let gained = [0, 1, 2].map(|c: usize| forward[c] + returned[c]);
     let density = global_density(record.shares[0]);
     // One width for all channels: each counts by what it carries.

@@ -5,8 +5,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
 use crate::closed_form::{
-    AxisDensities, DENSITY_BLOCKED, DENSITY_OPEN, ForwardTable, HairLayers, LAST_FORWARD,
-    LEAST_LOST, LEAST_SHARE, P_1, P_2,
+    AxisDensities, BETWEEN_LAYERS_SHARE, DENSITY_BLOCKED, DENSITY_OPEN, ForwardTable, HairLayers,
+    LAST_FORWARD, LEAST_LOST, LEAST_SHARE, P_1, P_2,
 };
 
 use super::LANES;
@@ -193,7 +193,7 @@ pub fn forward_light<S: Simd>(
         let left = transmitted(open, lost, value);
         let all = between_layers(layers, channel, left, density[channel]);
         let forward = (share - open).max(0.0);
-        let returned = (all - share).max(0.0);
+        let returned = (all - share).max(0.0) * BETWEEN_LAYERS_SHARE;
         gained[channel] = forward + returned;
         global[channel] = mul_add(forward, dense, returned);
         // One width for all channels: each counts by what it carries.
