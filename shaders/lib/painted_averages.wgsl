@@ -1,4 +1,5 @@
 // #import lib/constants
+// #import lib/hair_layers
 // #import lib/painted_lobes
 // The averages of dual scattering of painted fibres: rgba32float, read by textureLoad and mixed by
 // hand. Twin: crates/scattering/src/closed_form/painted_averages.rs, which explains the layout.
@@ -176,4 +177,12 @@ fn sample_painted_forward(
         vec3f(r.x, g.x, b.x),
         row.width_scale_2 * vec3f(r.y, g.y, b.y),
     );
+}
+
+// The layers of hair that is painted as a point is.
+fn painted_layers(averages: texture_2d<f32>, row: AverageRow) -> HairLayers {
+    let a_f = sample_painted_forward(averages, row, LAYERS_SINE).a_f;
+    let up = sample_averages(averages, row, LAYERS_THETA).attenuation_b;
+    let down = sample_averages(averages, row, -LAYERS_THETA).attenuation_b;
+    return layers_of(a_f, 0.5 * (up + down));
 }

@@ -241,16 +241,6 @@ fn sample_forward(sin_theta: f32) -> ForwardAverages {
 }
 // #endif
 
-// #if PAINTED
-// The layers of hair that is painted as a point is.
-fn painted_layers(row: AverageRow) -> HairLayers {
-    let a_f = sample_painted_forward(averages, row, LAYERS_SINE).a_f;
-    let up = sample_averages(averages, row, LAYERS_THETA).attenuation_b;
-    let down = sample_averages(averages, row, -LAYERS_THETA).attenuation_b;
-    return layers_of(a_f, 0.5 * (up + down));
-}
-// #endif
-
 // Adds to the counts of a term.
 fn count_term(counter: u32, evaluated: u32) {
     count(counter, evaluated);
@@ -310,7 +300,7 @@ fn shade(@builtin(global_invocation_id) id: vec3u) {
     var layers = HairLayers();
     if (TERMS & (TERM_LOCAL | TERM_GLOBAL)) != 0u {
 // #if PAINTED
-        layers = painted_layers(row);
+        layers = painted_layers(averages, row);
 // #else
         layers = around.layers;
 // #endif

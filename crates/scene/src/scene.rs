@@ -131,8 +131,8 @@ strandlight_scattering::mirrors! {
 /// what a lit fibre has. Pictures of brown and black wigs, all terms drawn, differ by a relative
 /// RMSE of 1.4e-5 and 3e-6.
 ///
-/// That power is T times the light's for single scattering, d_f (T_f - T_vol) times it for global, and
-/// either of them times d_b and the largest A_b for local.
+/// That power is T times the light's for single scattering, d_f (f_global (T_f - T_vol) + T_b) times it for
+/// global, and T or d_f (T_f - T_vol + T_b) times it, times d_b and the largest A_b, for local.
 pub(crate) const NEGLIGIBLE_SHARE: f32 = 1e-5;
 
 /// Records of 256 lights at the largest grid.

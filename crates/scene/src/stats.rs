@@ -52,8 +52,8 @@ pub struct Term {
     pub skipped: u64,
 }
 
-/// The terms in the order that passes count them: T M^S, T M^{L,dir}, (T_f - T_vol) M^G and
-/// (T_f - T_vol) M^L.
+/// The terms in the order that passes count them: T M^S, T M^{L,dir}, (f_global (T_f - T_vol) + T_b) M^G
+/// and (T_f - T_vol + T_b) M^L.
 #[doc(hidden)]
 pub const TERM_NAMES: [&str; 4] = ["single", "direct local", "global", "local"];
 

@@ -268,8 +268,11 @@ fn layers_of_painted_hair_are_those_of_plain_hair() {
         let expected = plain_layers(bundled.material.averages());
         for channel in 0..3 {
             let pairs = [
-                (found.loss[channel], expected.loss[channel]),
-                (found.returned[channel], expected.returned[channel]),
+                (
+                    found.two_layer_depth[channel],
+                    expected.two_layer_depth[channel],
+                ),
+                (found.round_trip[channel], expected.round_trip[channel]),
                 (found.gain[channel], expected.gain[channel]),
                 (found.reflected[channel], expected.reflected[channel]),
                 (

@@ -56,7 +56,7 @@ const TWIN_FILES: [(&str, &str); 26] = [
 const CLOSED_FORM: &str = "crates/scattering/src/closed_form";
 
 /// Constants whose twin stands in yet another file: module, name, file.
-const TWINS_ELSEWHERE: [(&str, &str, &str); 22] = [
+const TWINS_ELSEWHERE: [(&str, &str, &str); 20] = [
     (
         "pass/proxy_light",
         "LANES",
@@ -128,16 +128,6 @@ const TWINS_ELSEWHERE: [(&str, &str, &str); 22] = [
     (
         "pass/shade",
         "LAST_FORWARD",
-        "crates/scattering/src/closed_form/multiple_scattering.rs",
-    ),
-    (
-        "lib/multiple_scattering",
-        "DENSITY_BLOCKED",
-        "crates/scattering/src/closed_form/multiple_scattering.rs",
-    ),
-    (
-        "lib/multiple_scattering",
-        "DENSITY_OPEN",
         "crates/scattering/src/closed_form/multiple_scattering.rs",
     ),
     (

@@ -28,15 +28,15 @@
 use super::averages::{AverageTexel, sample_averages};
 
 /// Sine of the inclination whose averages stand for all hair behind a point.
-pub const LAYERS_SINE: f32 = 0.4;
+pub(super) const LAYERS_SINE: f32 = 0.4;
 /// That inclination, radians.
-pub const LAYERS_THETA: f32 = 0.411_516_85;
+pub(super) const LAYERS_THETA: f32 = 0.411_516_85;
 
 /// Least share of light that comes through the hair behind a point, near the smallest that 16 bits hold: so there are at most 12.5 layers.
 const LEAST_PASSING: f32 = 1e-5;
 
-/// Most that is left behind two layers: all hair loses something.
-const MOST_LEFT: f32 = 0.9999;
+/// Largest q^2, and largest R^2 q^2: keeps k > 0 and f_local's denominator above 0.
+const MOST_ROUND_TRIP: f32 = 0.9999;
 /// Most that a stack without end reflects.
 const MOST_REFLECTED: f32 = 0.999;
 
@@ -44,15 +44,15 @@ const MOST_REFLECTED: f32 = 0.999;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct HairLayers {
-    /// k > 0: loss over two layers, that into the hair and that out of it.
-    pub loss: [f32; 3],
+    /// k > 0: optical depth of two layers, that into the hair and that out of it.
+    pub two_layer_depth: [f32; 3],
     /// Fills the struct; always 0.
     pub padding_0: u32,
     /// R^2 q^2, 0..1: share of the light that goes up and down once more.
-    pub returned: [f32; 3],
+    pub round_trip: [f32; 3],
     /// Fills the struct; always 0.
     pub padding_1: u32,
-    /// q / a_f, >= 1.
+    /// q / a_f, >= 1. q here is not bounded; [`super::forward_light`] bounds 1 - q.
     pub gain: [f32; 3],
     /// Fills the struct; always 0.
     pub padding_2: u32,
@@ -68,15 +68,16 @@ pub struct HairLayers {
 
 crate::mirrors! {
     HairLayers as "HairLayers" in "lib/hair_layers" {
-        loss, padding_0, returned, padding_1, gain, padding_2, reflected, padding_3, attenuation_b, padding_4,
+        two_layer_depth, padding_0, round_trip, padding_1, gain, padding_2, reflected, padding_3,
+        attenuation_b, padding_4,
     }
 }
 
 /// Of hair that sends nothing back.
 pub const NO_LAYERS: HairLayers = HairLayers {
-    loss: [1.0; 3],
+    two_layer_depth: [1.0; 3],
     padding_0: 0,
-    returned: [0.0; 3],
+    round_trip: [0.0; 3],
     padding_1: 0,
     gain: [1.0; 3],
     padding_2: 0,
@@ -87,26 +88,32 @@ pub const NO_LAYERS: HairLayers = HairLayers {
 };
 
 /// The layers of fibres of which one sends on a_f at an event, and a stack without end sends back A_b.
-pub fn layers_of(a_f: [f32; 3], attenuation_b: [f32; 3]) -> HairLayers {
+pub(crate) fn layers_of(a_f: [f32; 3], attenuation_b: [f32; 3]) -> HairLayers {
     let mut layers = NO_LAYERS;
     for channel in 0..3 {
-        let x = a_f[channel] * a_f[channel];
-        let a = attenuation_b[channel];
+        let (a_f, attenuation_b) = (a_f[channel], attenuation_b[channel]);
+        let a_f_2 = a_f * a_f;
         // The a_b of the stack that sends back A_b: A_b a_b^2 + (A_b^2 + a_f^2) a_b = A_b (1 - a_f^2).
-        let lost = (1.0 - x).max(0.0);
-        let sum = a * a + x;
-        let a_b = 2.0 * a * lost / (sum + (sum * sum + 4.0 * a * a * lost).sqrt()).max(1e-20);
-        let reflected = a + a_b;
+        let one_minus_a_f_2 = (1.0 - a_f_2).max(0.0);
+        let sum = attenuation_b * attenuation_b + a_f_2;
+        let root = (sum * sum + 4.0 * attenuation_b * attenuation_b * one_minus_a_f_2).sqrt();
+        let a_b = 2.0 * attenuation_b * one_minus_a_f_2 / (sum + root).max(1e-20);
+        let reflected = attenuation_b + a_b;
         let gain = 1.0 / (1.0 - a_b * reflected).max(1e-6);
-        let left = a_f[channel] * gain;
-        let q_2 = (left * left).clamp(1e-20, MOST_LEFT);
-        layers.loss[channel] = -q_2.ln();
-        layers.returned[channel] = (reflected * reflected * q_2).min(MOST_LEFT);
+        let q = a_f * gain;
+        let q_2 = (q * q).clamp(1e-20, MOST_ROUND_TRIP);
+        layers.two_layer_depth[channel] = -q_2.ln();
+        layers.round_trip[channel] = (reflected * reflected * q_2).min(MOST_ROUND_TRIP);
         layers.gain[channel] = gain;
         layers.reflected[channel] = reflected.min(MOST_REFLECTED);
-        layers.attenuation_b[channel] = a;
+        layers.attenuation_b[channel] = attenuation_b;
     }
     layers
+}
+
+/// Mean of what averages are at +theta and at -theta.
+pub(super) fn mean_of_signs(up: [f32; 3], down: [f32; 3]) -> [f32; 3] {
+    [0, 1, 2].map(|c| 0.5 * (up[c] + down[c]))
 }
 
 /// The layers of hair that is not painted; without averages [`NO_LAYERS`].
@@ -115,10 +122,9 @@ pub fn plain_layers(averages: &[AverageTexel]) -> HairLayers {
         return NO_LAYERS;
     }
     let [up, down] = [LAYERS_THETA, -LAYERS_THETA].map(|theta| sample_averages(averages, theta));
-    let mean = |up: [f32; 3], down: [f32; 3]| [0, 1, 2].map(|c: usize| 0.5 * (up[c] + down[c]));
     layers_of(
-        mean(up.a_f, down.a_f),
-        mean(up.attenuation_b, down.attenuation_b),
+        mean_of_signs(up.a_f, down.a_f),
+        mean_of_signs(up.attenuation_b, down.attenuation_b),
     )
 }
 
@@ -129,8 +135,8 @@ pub type AxisDensities = [[f32; 6]; 3];
 fn density_behind(layers: &HairLayers, share: f32) -> [f32; 3] {
     let depth = share.max(LEAST_PASSING).ln();
     [0, 1, 2].map(|c: usize| {
-        let left = (layers.loss[c] * depth).exp();
-        (1.0 - left) / (1.0 - layers.returned[c] * left)
+        let share_both_ways = (layers.two_layer_depth[c] * depth).exp();
+        (1.0 - share_both_ways) / (1.0 - layers.round_trip[c] * share_both_ways)
     })
 }
 
@@ -145,8 +151,8 @@ pub fn axis_densities(layers: &HairLayers, axis_shares: &[f32; 6]) -> AxisDensit
     densities
 }
 
-/// Factor f_local on local scattering of light from the unit vector `towards`, per channel, 0..=1: what the hair behind the point, away
-/// from the light, sends back of what a stack without end would. Between the axes it counts by the squares of the direction.
+/// Factor f_local on local scattering of light from the unit vector `towards`, per channel, 0..=1 but for rounding: what the hair behind the
+/// point, away from the light, sends back of what a stack without end would. Between the axes it counts by the squares of the direction.
 pub fn local_density(densities: &AxisDensities, towards: [f32; 3]) -> [f32; 3] {
     let mut found = [0.0; 3];
     for (axis, along) in towards.into_iter().enumerate() {
@@ -158,15 +164,15 @@ pub fn local_density(densities: &AxisDensities, towards: [f32; 3]) -> [f32; 3] {
     found
 }
 
-/// F, 0..=1, where the share `left` of a light is u, and the hair behind sends back the share `density`, f_local or a part of it.
-pub fn between_layers(layers: &HairLayers, left: [f32; 3], density: [f32; 3]) -> [f32; 3] {
+/// F, 0..=1, of a light of which factors of q leave the share `u`. The hair behind sends back `density_back` (d_b f_local) of what a stack
+/// without end would.
+pub(super) fn between_layers(layers: &HairLayers, u: [f32; 3], density_back: [f32; 3]) -> [f32; 3] {
     [0, 1, 2].map(|c: usize| {
-        let r = layers.reflected[c];
+        let (r, u) = (layers.reflected[c], u[c]);
         // R - R_2.
-        let missing = (1.0 - density[c]) * layers.attenuation_b[c];
-        let lost = 1.0 - r * r;
-        let u = left[c];
-        (u * lost / (lost + r * missing * (1.0 - u * u))).min(1.0)
+        let missing = (1.0 - density_back[c]) * layers.attenuation_b[c];
+        let one_minus_r_2 = 1.0 - r * r;
+        (u * one_minus_r_2 / (one_minus_r_2 + r * missing * (1.0 - u * u))).min(1.0)
     })
 }
 
@@ -255,9 +261,9 @@ mod tests {
                 for behind in reflected(a_f, a_b).take(12) {
                     let expected = through / (1.0 - before * behind);
                     let density = (behind - a_b) / (endless - a_b);
-                    let left = q.powi(n as i32 + 1);
-                    let [all, ..] = between_layers(&layers, [left; 3], [density as f32; 3]);
-                    worst = worst.max((f64::from(all) - expected).abs());
+                    let u = q.powi(n as i32 + 1);
+                    let [f, ..] = between_layers(&layers, [u; 3], [density as f32; 3]);
+                    worst = worst.max((f64::from(f) - expected).abs());
                 }
                 through *= a_f / (1.0 - a_b * before);
             }

@@ -64,8 +64,7 @@ pub use fisher::{
 pub use frame::{DirectionInFrame, Inclination, Lag, LightInFrame, inclination, lag_between};
 pub use global_scattering::{global_scattering, global_scattering_mode, half_circle_elliptic};
 pub use hair_layers::{
-    AxisDensities, HairLayers, NO_LAYERS, axis_densities, between_layers, layers_of, local_density,
-    plain_layers,
+    AxisDensities, HairLayers, NO_LAYERS, axis_densities, local_density, plain_layers,
 };
 pub use half_circle::{
     half_circle, half_circle_basis, half_circle_r, half_circle_trt, half_circle_tt,
@@ -79,9 +78,8 @@ pub use local_scattering::{direct_local_scattering, local_scattering};
 pub use longitudinal::{Longitudinal, longitudinal};
 pub use mean_cosine::mean_cosine;
 pub use multiple_scattering::{
-    BETWEEN_LAYERS_SHARE, DENSITY_BACK, DENSITY_BLOCKED, DENSITY_FORWARD, DENSITY_OPEN,
-    ForwardLight, ForwardTable, N_FORWARD, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, forward_light,
-    forward_table, global_density, sample_forward,
+    DENSITY_BACK, DENSITY_FORWARD, ForwardLight, ForwardTable, N_FORWARD, TERM_GLOBAL, TERM_LOCAL,
+    TERM_SINGLE, forward_light, forward_table, global_density, sample_forward,
 };
 pub use outer_integral::{
     GAUSS_HERMITE, LN_CULL, MAX_NODES, NodePlace, OuterNode, OuterRule, node_constants, node_count,
@@ -127,9 +125,13 @@ pub(crate) use eccentric::{
 };
 pub(crate) use fisher::{FISHER_CLAMP, FISHER_SPREAD, INVERSE_FISHER_CLAMP};
 pub(crate) use frame::COS_THETA_D_MIN;
+#[cfg(test)]
+pub(crate) use hair_layers::layers_of;
 pub(crate) use local_scattering::{LOCAL_NODES, SHARE_MIN};
 pub(crate) use mean_cosine::{HUMLICEK_ABOVE, HUMLICEK_BELOW, MEAN_COSINE_MIN};
-pub(crate) use multiple_scattering::{LAST_FORWARD, LEAST_LOST};
+pub(crate) use multiple_scattering::{
+    BETWEEN_LAYERS_SHARE, DENSITY_BLOCKED, DENSITY_OPEN, LAST_FORWARD, LEAST_LOST,
+};
 pub(crate) use outer_integral::{
     CLAMP, COSINE_SHARPNESS, HALF_PI_SQUARED, INVERSE_CLAMP, MIDDLE, MIDDLE_END, NARROW,
     NARROW_END, VIEW_PULL,

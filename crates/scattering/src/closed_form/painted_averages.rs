@@ -4,7 +4,7 @@
 use core::f32::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use super::averages::{LocalAverages, SampleAverages};
-use super::hair_layers::{HairLayers, LAYERS_SINE, LAYERS_THETA, layers_of};
+use super::hair_layers::{HairLayers, LAYERS_SINE, LAYERS_THETA, layers_of, mean_of_signs};
 use super::multiple_scattering::N_FORWARD;
 use super::painted_lobes::LAYER_MIDDLE;
 use crate::dual_scattering::N_INCLINATIONS;
@@ -259,5 +259,5 @@ pub fn painted_layers(averages: &PaintedPointAverages) -> HairLayers {
     let (a_f, _) = sample_painted_forward(&averages.view, &averages.row, LAYERS_SINE);
     let [up, down] =
         [LAYERS_THETA, -LAYERS_THETA].map(|theta| averages.averages_at(theta).attenuation_b);
-    layers_of(a_f, [0, 1, 2].map(|c| 0.5 * (up[c] + down[c])))
+    layers_of(a_f, mean_of_signs(up, down))
 }
