@@ -352,41 +352,63 @@ fn work(mut renderer: InteractiveRenderer, shared: &Shared) {
             }
             (mem::take(&mut state.requests), state.is_watched)
         };
-        let n_requests = requests.len() as u64;
+        let mut n_requests = requests.len() as u64;
         let mut done = Ok(());
         for request in requests {
             done = done.and(do_request(&mut renderer, request));
+        }
+        // Another view is seen as soon as it can be, and worked on then.
+        if is_watched && done.is_ok() && n_requests > 0 && renderer.show_reprojected() {
+            publish(
+                &renderer,
+                shared,
+                &mut version,
+                mem::take(&mut n_requests),
+                None,
+            );
         }
         let advanced = match is_watched {
             true => done.and_then(|()| renderer.advance(BUDGET)),
             false => done.map(|()| renderer.progress()),
         };
         is_failed = advanced.is_err();
-        let mut state = shared.lock();
-        state.n_taken += n_requests;
-        if n_requests > 0 {
-            state.bent = renderer.bent();
-        }
-        state.report.clone_from(renderer.report());
-        let display = renderer.display();
-        if display.version != version {
-            version = display.version;
-            state.display = Some(Display {
-                pixels: display.pixels.to_vec(),
-                size: display.size,
-                version,
-            });
-            state.is_new = true;
-        }
-        let progress = renderer.progress();
-        state.is_new |= is_failed || n_requests > 0 || state.progress != progress;
-        state.progress = progress;
-        if let Err(error) = advanced {
-            state.error = Some(error);
-        }
-        if state.is_new {
-            shared.has_news.notify_one();
-        }
+        publish(&renderer, shared, &mut version, n_requests, advanced.err());
+    }
+}
+
+/// Tells what there is after `n_requests` more, if it is new, and at which error the thread stopped. The pixels that were told last are
+/// those of `version`.
+fn publish(
+    renderer: &InteractiveRenderer,
+    shared: &Shared,
+    version: &mut u64,
+    n_requests: u64,
+    error: Option<RenderError>,
+) {
+    let mut state = shared.lock();
+    state.n_taken += n_requests;
+    if n_requests > 0 {
+        state.bent = renderer.bent();
+    }
+    state.report.clone_from(renderer.report());
+    let display = renderer.display();
+    if display.version != *version {
+        *version = display.version;
+        state.display = Some(Display {
+            pixels: display.pixels.to_vec(),
+            size: display.size,
+            version: *version,
+        });
+        state.is_new = true;
+    }
+    let progress = renderer.progress();
+    state.is_new |= error.is_some() || n_requests > 0 || state.progress != progress;
+    state.progress = progress;
+    if error.is_some() {
+        state.error = error;
+    }
+    if state.is_new {
+        shared.has_news.notify_one();
     }
 }
 

@@ -1,6 +1,7 @@
 //! The renderer for windows and pages: the picture of the scene as it was last set, in the bytes
 //! that a screen shows.
 
+use std::mem;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -66,6 +67,8 @@ pub struct InteractiveRenderer {
     is_shown: bool,
     /// Is it that of another view, as seen from this one?
     is_reprojected: bool,
+    /// Does [`WORK_ON_VIEWS`] follow that picture?
+    owes_work: bool,
     /// What led to a picture that the next step shows: in this one there was no time left.
     to_be_shown: Option<Advance>,
     /// Is what is shown of the scene as it was last set, so that what follows refines it?
@@ -102,6 +105,7 @@ impl InteractiveRenderer {
             frame_version: 0,
             is_shown: false,
             is_reprojected: false,
+            owes_work: false,
             to_be_shown: None,
             is_current: false,
             is_shaded: false,
@@ -131,7 +135,8 @@ impl InteractiveRenderer {
             (self.is_shaded, self.is_done) = (true, true);
             return Ok(self.progress());
         }
-        let budget = match self.reproject() {
+        let is_reprojected = self.reproject();
+        let budget = match mem::take(&mut self.owes_work) || is_reprojected {
             true => WORK_ON_VIEWS,
             false => budget,
         };
@@ -320,6 +325,18 @@ impl InteractiveRenderer {
             self.report.ran(stage.name);
             self.report.took(stage.name, 1e-3 * stage.milliseconds);
         }
+    }
+
+    /// Shows the last picture as the view sees it that was set, if there is a new one, so that it can be on the screen while
+    /// [`InteractiveRenderer::advance`] works on the view's own picture; answers whether it did.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn show_reprojected(&mut self) -> bool {
+        if self.is_resting() || !self.renderer.has_steps(self.size) {
+            return false;
+        }
+        let is_reprojected = self.reproject();
+        self.owes_work |= is_reprojected;
+        is_reprojected
     }
 
     /// Shows the last picture as the view sees it that was set, until that has a picture; answers whether it did.

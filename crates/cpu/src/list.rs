@@ -10,10 +10,13 @@
 //! The picture is that of [`super::raster`] with very many samples, up to the filter.
 
 mod bins;
+mod block;
 mod blocked;
 mod pixel;
 mod places;
 mod tile;
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rayon::prelude::*;
 use strandlight_scattering::wide::{Level, dispatch};
@@ -37,7 +40,7 @@ const CHUNK: usize = 1 << 15;
 pub(super) struct VisibilityList {
     /// Tiles row by row; those that show nothing have no starts.
     pub tiles: Vec<Tile>,
-    /// Pairs of a pixel and a segment that were looked at, and of these with some coverage.
+    /// Pairs of a pixel and a piece of a segment within reach of each other, and of these with some coverage.
     pub counts: [u64; 2],
     /// Are there ribbons with a profile over their width?
     pub has_wide: bool,
@@ -53,6 +56,35 @@ pub(super) struct Listing {
     tiles: Vec<Tile>,
     /// Of the meshes, once they were asked for.
     triangles: Option<Triangles>,
+    /// What threads make tiles in, kept from step to step.
+    scratches: Mutex<Vec<Scratch>>,
+}
+
+/// A [`Scratch`] while a thread works in it; it goes back when the thread is done.
+struct Lent<'a> {
+    scratch: Scratch,
+    to_others: &'a Mutex<Vec<Scratch>>,
+}
+
+impl<'a> Lent<'a> {
+    fn one_of(scratches: &'a Mutex<Vec<Scratch>>) -> Lent<'a> {
+        let scratch = locked(scratches).pop().unwrap_or_default();
+        Lent {
+            scratch,
+            to_others: scratches,
+        }
+    }
+}
+
+impl Drop for Lent<'_> {
+    fn drop(&mut self) {
+        locked(self.to_others).push(std::mem::take(&mut self.scratch));
+    }
+}
+
+/// A thread that panicked left no scratch half made: it took it out.
+fn locked(scratches: &Mutex<Vec<Scratch>>) -> MutexGuard<'_, Vec<Scratch>> {
+    scratches.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Listing {
@@ -73,6 +105,7 @@ impl Listing {
             n_tiles: view.size.map(|n| n.div_ceil(TILE)),
             tiles: Vec::new(),
             triangles: None,
+            scratches: Mutex::default(),
         }
     }
 
@@ -96,20 +129,25 @@ impl Listing {
         let [n_across, n_down] = self.n_tiles;
         let n_tiles = (n_across * n_down) as usize;
         let end = (self.tiles.len() + TILES_AT_ONCE * n_threads).min(n_tiles);
+        let scratches = &self.scratches;
         let tiles: Vec<Tile> = (self.tiles.len()..end)
             .into_par_iter()
-            .map_init(Scratch::default, |scratch, ix| {
-                let x = TILE * (ix as u32 % n_across);
-                let y = TILE * (ix as u32 / n_across);
-                let size = [TILE.min(width - x), TILE.min(height - y)];
-                let ribbons = self.bins.iter().flat_map(|bins| bins.of_tile(ix));
-                dispatch!(level, simd => {
-                    scratch.start(view, (beside, triangles), [x, y], size);
-                    scratch.ribbons.extend(ribbons);
-                    scratch.fill(simd, &self.points);
-                });
-                scratch.tile((view, beside), [x, y], size)
-            })
+            .map_init(
+                || Lent::one_of(scratches),
+                |lent, ix| {
+                    let scratch = &mut lent.scratch;
+                    let x = TILE * (ix as u32 % n_across);
+                    let y = TILE * (ix as u32 / n_across);
+                    let size = [TILE.min(width - x), TILE.min(height - y)];
+                    let ribbons = self.bins.iter().flat_map(|bins| bins.of_tile(ix));
+                    dispatch!(level, simd => {
+                        scratch.start(view, (beside, triangles), [x, y], size);
+                        scratch.ribbons.extend(ribbons);
+                        scratch.fill(simd, &self.points);
+                    });
+                    scratch.tile((view, beside), [x, y], size)
+                },
+            )
             .collect();
         self.tiles.extend(tiles);
         end == n_tiles

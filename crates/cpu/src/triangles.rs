@@ -6,6 +6,7 @@
 //! that they share, so that no ray passes between them.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 use strandlight_scene::beside::Beside;
 use strandlight_scene::camera::ViewUniform;
 use strandlight_scene::mesh::barycentric;
@@ -77,33 +78,42 @@ impl Triangles {
         let corner = forward * focal - right * (0.5 * width) + up * (0.5 * height);
         let eye = Vec3::from(view.eye).as_dvec3();
         let tiles = view.size.map(|n| n.div_ceil(TILE));
+        let side_of = |normal: DVec3| [normal.dot(corner), normal.dot(right), -normal.dot(up)];
+        let seen = |corners: [Vec3; 3]| {
+            let [a, b, c] = corners.map(|corner| corner.as_dvec3() - eye);
+            let triangle = Triangle {
+                sides: [
+                    side_of(b.cross(c)),
+                    side_of(c.cross(a)),
+                    side_of(a.cross(b)),
+                ],
+                depth: a.dot(b.cross(c)) * focal,
+            };
+            let bounds = bounds_of(view, corners);
+            let span = |axis: usize| {
+                let [low, high] = bounds[axis].map(|x| (x / TILE as f32).floor());
+                let end = (high + 1.0).clamp(0.0, tiles[axis] as f32) as u32;
+                (low.max(0.0) as u32).min(end)..end
+            };
+            (triangle, (bounds, [span(0), span(1)]))
+        };
+        let (mut triangles, mut bounds, mut spans) = (Vec::new(), Vec::new(), Vec::new());
+        for mesh in beside.meshes() {
+            let numbers = (0..mesh.shape.mesh.triangles.len()).into_par_iter();
+            let of_mesh = numbers.map(|ix| seen(mesh.corners(ix)));
+            let (its_triangles, (its_bounds, its_spans)): (Vec<_>, (Vec<_>, Vec<_>)) =
+                of_mesh.unzip();
+            triangles.extend(its_triangles);
+            bounds.extend(its_bounds);
+            spans.extend(its_spans);
+        }
         let mut all = Triangles {
-            triangles: Vec::new(),
+            triangles,
             tiles,
             starts: vec![0; (tiles[0] * tiles[1]) as usize + 1],
             bins: Vec::new(),
-            bounds: Vec::new(),
+            bounds,
         };
-        let mut spans = Vec::new();
-        for mesh in beside.meshes() {
-            for ix in 0..mesh.shape.mesh.triangles.len() {
-                let corners = mesh.corners(ix);
-                let [a, b, c] = corners.map(|corner| corner.as_dvec3() - eye);
-                let side = |normal: DVec3| [normal.dot(corner), normal.dot(right), -normal.dot(up)];
-                all.triangles.push(Triangle {
-                    sides: [side(b.cross(c)), side(c.cross(a)), side(a.cross(b))],
-                    depth: a.dot(b.cross(c)) * focal,
-                });
-                let bounds = bounds_of(view, corners);
-                all.bounds.push(bounds);
-                let span = |axis: usize| {
-                    let [low, high] = bounds[axis].map(|x| (x / TILE as f32).floor());
-                    let end = (high + 1.0).clamp(0.0, tiles[axis] as f32) as u32;
-                    (low.max(0.0) as u32).min(end)..end
-                };
-                spans.push([span(0), span(1)]);
-            }
-        }
         let each_tile = |[columns, rows]: &[std::ops::Range<u32>; 2]| {
             let columns = columns.clone();
             rows.clone()

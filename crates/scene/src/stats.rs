@@ -94,8 +94,8 @@ pub struct Stats {
     pub passes: u32,
     /// Submissions that drew these; on a GPU.
     pub draws: u32,
-    /// Pixels of strands that all passes looked at, those that something else hides included; on
-    /// the CPU, which counts them.
+    /// Pixels of strands that all passes looked at, those that something else hides included, or, of a visibility list, pixels within
+    /// reach of a segment while any of them is open; on the CPU, which counts them.
     pub pixels_visited: u64,
     /// Points that the picture shows, which alone are shaded; where it is drawn by a visibility
     /// list.

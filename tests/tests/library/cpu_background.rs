@@ -216,6 +216,35 @@ fn drags_show_pictures() {
     finish(&mut live);
 }
 
+/// A turned view is seen as the last picture shows it before its own picture is worked on. Where this thread is late it may have been
+/// worked on by then, but hardly each time.
+#[test]
+fn turned_views_are_seen_before_they_are_worked_on() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let hair = curtain(400, 40, 0.2, 0.0);
+    let at = write_small_scene(folder.path(), &hair, key_and_sky(), |scene| {
+        scene.render.size = [192, 128];
+    });
+    let scene = PreparedScene::load(&Scene::read(&at).expect("a scene")).expect("hair");
+    let mut live = BackgroundRenderer::new(scene.clone());
+    let mut n_seen = 0;
+    for ix in 1..=20 {
+        finish(&mut live);
+        let mut camera = scene.camera;
+        camera.eye.x += 0.02 * ix as f32;
+        live.set_camera(camera);
+        let version = live.display().version;
+        let progress = live.advance(LONG).expect("a picture");
+        let ran = |name: &str| live.report().stages.iter().any(|stage| stage.name == name);
+        if live.display().version != version && ran("reproject") && !ran("list") {
+            assert!(progress.is_shown && !progress.is_shaded);
+            n_seen += 1;
+        }
+    }
+    assert!(n_seen > 0);
+    finish(&mut live);
+}
+
 /// What cannot be drawn is told whenever somebody asks, and a scene that can is drawn then.
 #[test]
 fn errors_are_told_until_they_are_mended() {

@@ -34,21 +34,59 @@ pub(super) struct Piece {
     pub t: [f32; 2],
 }
 
-impl Ribbon {
-    /// How many pieces the segment is drawn in.
-    #[inline(always)]
-    pub fn n_pieces(&self) -> u32 {
-        n_pieces(self.bend)
-    }
+/// The pieces that a segment between two neighbouring points is drawn in, one after the other.
+pub(super) struct Pieces<'a> {
+    ends: [&'a ScreenPoint; 2],
+    /// All of it as one ribbon.
+    whole: Option<Ribbon>,
+    /// Where the next piece begins.
+    begin: ScreenPoint,
+    /// The next piece, and how many there are.
+    ix: u32,
+    n: u32,
+}
 
-    /// Piece `ix` of the `n` of a segment between two neighbouring points.
-    pub fn piece(a: &ScreenPoint, b: &ScreenPoint, ix: u32, n: u32) -> Option<Piece> {
-        let share = 1.0 / n as f32;
-        let t = [ix as f32 * share, share];
-        let begin = between(a, b, t[0]);
-        let end = between(a, b, if ix + 1 == n { 1.0 } else { t[0] + share });
-        let ribbon = Ribbon::new(&begin, &end)?;
-        Some(Piece { ribbon, t })
+impl<'a> Pieces<'a> {
+    /// None where the segment is behind the eye or seen end on.
+    #[inline(always)]
+    pub fn new(a: &'a ScreenPoint, b: &'a ScreenPoint) -> Pieces<'a> {
+        let whole = Ribbon::new(a, b);
+        let n = whole.as_ref().map_or(0, |ribbon| n_pieces(ribbon.bend));
+        Pieces {
+            ends: [a, b],
+            whole,
+            begin: *a,
+            ix: 0,
+            n,
+        }
+    }
+}
+
+impl Iterator for Pieces<'_> {
+    type Item = Piece;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Piece> {
+        while self.ix < self.n {
+            let ix = self.ix;
+            self.ix += 1;
+            if self.n == 1 {
+                return self.whole.map(|ribbon| Piece {
+                    ribbon,
+                    t: [0.0, 1.0],
+                });
+            }
+            let [a, b] = self.ends;
+            let share = 1.0 / self.n as f32;
+            let t = [ix as f32 * share, share];
+            let end = between(a, b, if self.ix == self.n { 1.0 } else { t[0] + share });
+            let ribbon = Ribbon::new(&self.begin, &end);
+            self.begin = end;
+            if let Some(ribbon) = ribbon {
+                return Some(Piece { ribbon, t });
+            }
+        }
+        None
     }
 }
 

@@ -1,6 +1,6 @@
 //! What each pixel of a tile shows, from front to back.
 
-use strandlight_scattering::wide::Simd;
+use strandlight_scattering::wide::{LANES, Simd, f32x8, prelude::*};
 use strandlight_scene::beside::Beside;
 use strandlight_scene::camera::{ViewUniform, WIDE_PX};
 
@@ -8,10 +8,11 @@ use super::super::pieces::{BEYOND_TIP, round_tip};
 use super::super::screen_point::ScreenPoint;
 use super::super::triangles::TILE;
 use super::super::triangles::Triangles;
-use super::bins::{Piece, Ribbon, key};
+use super::bins::{Piece, Pieces, key};
+use super::block::{Block, Offset, Offsets};
 use super::blocked::{Blocked, ProxyEntry, block};
 use super::pixel::{Drawn, Entry, Pixel, Waiting};
-use super::places::{FARTHEST, PLACES, PLACES_SIDE, linear, sum};
+use super::places::{FARTHEST, PLACES, PLACES_SIDE, linear};
 
 /// Pixels of a tile.
 const TILE_PIXELS: usize = (TILE * TILE) as usize;
@@ -19,8 +20,11 @@ const TILE_PIXELS: usize = (TILE * TILE) as usize;
 // Rows are bits of a word.
 const _: () = assert!(TILE < 32);
 
+/// Segments of a tile that are sorted at a time: what lies behind the last open pixel need not be.
+const SORTED: usize = 1024;
+
 /// Segments whose ends are fetched at a time: fetching one does not wait for the other.
-const FETCHED: usize = 16;
+const FETCHED: usize = 32;
 
 /// Means of places across a narrow ribbon, and of their squares: all of its width.
 const ALL_ACROSS: [f32; 2] = [0.0, 1.0 / 3.0];
@@ -38,7 +42,7 @@ pub(crate) struct Tile {
     pub entries: Vec<Entry>,
     /// Proxies that are seen.
     pub proxies: Vec<ProxyEntry>,
-    /// Pairs of a pixel and a segment that were looked at, and of these with some coverage.
+    /// Pairs of a pixel and a piece of a segment within reach of each other, and of these with some coverage.
     pub(super) counts: [u64; 2],
     /// Are there ribbons with a profile over their width?
     pub has_wide: bool,
@@ -96,33 +100,28 @@ impl Scratch {
     /// Takes the ribbons from front to back.
     #[inline(always)]
     pub fn fill<S: Simd>(&mut self, simd: S, points: &[ScreenPoint]) {
-        self.ribbons.sort_unstable();
-        let ribbons = std::mem::take(&mut self.ribbons);
+        let mut ribbons = std::mem::take(&mut self.ribbons);
         let mut ends = std::mem::take(&mut self.ends);
-        for keys in ribbons.chunks(FETCHED) {
-            if self.n_open == 0 {
-                break;
+        let mut offsets = Offsets::new();
+        let mut left = &mut ribbons[..];
+        while self.n_open > 0 && !left.is_empty() {
+            let n = SORTED.min(left.len());
+            if n < left.len() {
+                left.select_nth_unstable(n);
             }
-            let firsts = keys.iter().map(|key| *key as u32 as usize);
-            ends.clear();
-            ends.extend(firsts.map(|first| [points[first], points[first + 1]]));
-            for (key, [a, b]) in keys.iter().zip(&ends) {
-                let nearest = f32::from_bits((key >> 32) as u32);
-                let Some(ribbon) = Ribbon::new(a, b) else {
-                    continue;
-                };
-                let n_pieces = ribbon.n_pieces();
-                let whole = Piece {
-                    ribbon,
-                    t: [0.0, 1.0],
-                };
-                for ix in 0..n_pieces {
-                    let piece = match n_pieces {
-                        1 => Some(whole),
-                        _ => Ribbon::piece(a, b, ix, n_pieces),
-                    };
-                    if let Some(piece) = piece {
-                        self.draw(simd, &piece, *key as u32, nearest);
+            let (nearest, farther) = left.split_at_mut(n);
+            nearest.sort_unstable();
+            left = farther;
+            for keys in nearest.chunks(FETCHED) {
+                if self.n_open == 0 {
+                    break;
+                }
+                let firsts = keys.iter().map(|key| *key as u32 as usize);
+                ends.clear();
+                ends.extend(firsts.map(|first| [points[first], points[first + 1]]));
+                for (key, [a, b]) in keys.iter().zip(&ends) {
+                    for piece in Pieces::new(a, b) {
+                        self.draw(simd, &piece, *key, &mut offsets);
                     }
                 }
             }
@@ -138,114 +137,65 @@ impl Scratch {
         }
     }
 
-    /// Adds a part of a segment to the pixels it touches. No segment after it is nearer than `nearest`.
+    /// Adds a part of a segment to the pixels it touches. Its [`key`] is that of the segment; no segment after it is nearer.
     #[inline(always)]
-    fn draw<S: Simd>(&mut self, simd: S, piece: &Piece, first: u32, nearest: f32) {
-        let ribbon = &piece.ribbon;
-        let Ribbon { along, half, .. } = *ribbon;
-        let half_most = half[0].max(half[1]);
-        let is_wide = half_most > 0.5 * WIDE_PX;
-        self.has_wide |= is_wide;
+    fn draw<S: Simd>(&mut self, simd: S, piece: &Piece, key: u64, offsets: &mut Offsets) {
+        let cover = Cover::new(piece);
+        self.has_wide |= cover.is_wide;
         let bound = |axis: usize| {
-            let [low, high] = ribbon.range(axis);
+            let [low, high] = piece.ribbon.range(axis);
             let (origin, size) = (self.origin[axis] as f32, self.size[axis] as f32);
             let low = (low - origin).floor().clamp(0.0, size);
             let high = ((high - origin).floor() + 1.0).clamp(0.0, size);
-            (low as i32, high as i32)
+            (low as u32, high as u32)
         };
         let ((left, right), (top, bottom)) = (bound(0), bound(1));
-        // How each of the three linear functions changes from the middle of a pixel to a place.
-        let off_at = linear([-along[1], along[0]]);
-        let from_begin = linear(ribbon.begins);
-        let to_end = linear(ribbon.ends);
-        // How far from its middle a pixel can be covered: in the outermost place, over its filter.
-        let size = |at: [f32; 2]| FARTHEST * (at[0].abs() + at[1].abs());
-        let reach = half_most + size(along) + 0.5 / PLACES_SIDE as f32;
-        let (before, beyond) = (-size(ribbon.begins), size(ribbon.ends));
-        let beyond = match is_wide && ribbon.is_tip {
-            true => beyond + BEYOND_TIP * half_most,
-            false => beyond,
-        };
-        let is_steep = along[1].abs() > 0.01;
-        let (slope, wide) = (along[0] / along[1], reach / along[1].abs());
-        for y in top..bottom {
-            let mut open = self.open[y as usize];
-            if open == 0 {
-                continue;
-            }
-            let py = (self.origin[1] as i32 + y) as f32 + 0.5;
-            let (mut x_0, mut x_1) = (left, right);
-            if is_steep {
-                // Where the middle of the ribbon crosses this row.
-                let middle = ribbon.a[0] + (py - ribbon.a[1]) * slope;
-                let from = middle - wide - 0.5 - self.origin[0] as f32;
-                x_0 = x_0.max(from.ceil() as i32);
-                x_1 = x_1.min((from + 2.0 * wide + 1.0).ceil() as i32);
-            }
-            if x_0 >= x_1 {
-                continue;
-            }
-            open &= below(x_1 as u32) & !below(x_0 as u32);
-            while open != 0 {
-                let x = open.trailing_zeros();
-                open &= open - 1;
-                self.counts[0] += 1;
-                let px = (self.origin[0] + x) as f32 + 0.5;
-                let off = ribbon.off([px, py]);
-                let begin =
-                    ribbon.begins[0] * (px - ribbon.a[0]) + ribbon.begins[1] * (py - ribbon.a[1]);
-                let end = ribbon.ends[0] * (px - ribbon.b[0]) + ribbon.ends[1] * (py - ribbon.b[1]);
-                if off.abs() > reach || begin < before || end > beyond {
+        for x in (left..right).step_by(LANES) {
+            let n_columns = (right - x).min(LANES as u32);
+            let n_rows = Block::new([x, top], n_columns).n_rows();
+            for y in (top..bottom).step_by(n_rows as usize) {
+                let block = Block::new([x, y], n_columns);
+                let n_rows = n_rows.min(bottom - y);
+                let mut open = 0;
+                for row in 0..n_rows {
+                    let bits = self.open[(y + row) as usize] >> x & below(n_columns);
+                    open |= block.row(row, bits);
+                }
+                if open == 0 {
                     continue;
                 }
-                let length = begin - end;
-                let t = if length > 1e-6 {
-                    (begin / length).clamp(0.0, 1.0)
-                } else {
-                    0.5
-                };
-                let half_width = half[0] + (half[1] - half[0]) * t;
-                let mut half_at = [half_width; PLACES];
-                let mut end_at = 0.0;
-                if is_wide && ribbon.is_tip {
-                    // Seen end on it is flat.
-                    let reach = half_width.min(length);
-                    end_at = BEYOND_TIP * reach;
-                    for (half, to_end) in half_at.iter_mut().zip(to_end) {
-                        *half *= round_tip((end_at - end - to_end) / reach);
+                let middle = [self.origin[0] + x, self.origin[1] + y].map(|n| n as f32 + 0.5);
+                let of_ribbon = (&piece.ribbon, &cover.reach);
+                let mut hits = open & offsets.find(simd, (block, middle, n_rows), of_ribbon);
+                self.counts[0] += u64::from(hits.count_ones());
+                while hits != 0 {
+                    let bit = hits.trailing_zeros();
+                    hits &= hits - 1;
+                    if let Some((depth, drawn)) = cover.of_pixel(simd, offsets.of(bit)) {
+                        self.counts[1] += 1;
+                        self.insert(simd, block.pixel(bit), key, depth, drawn);
                     }
                 }
-                let mut covers = [0.0; PLACES];
-                for place in 0..PLACES {
-                    let distance = (off + off_at[place]).abs();
-                    let inside =
-                        ((half_at[place] - distance) * PLACES_SIDE as f32 + 0.5).clamp(0.0, 1.0);
-                    // Half open, so that a strand covers no place twice.
-                    let is_on = (begin + from_begin[place] >= 0.0) & (end + to_end[place] < end_at);
-                    covers[place] = if is_on { inside } else { 0.0 };
-                }
-                let sum = sum(simd, &covers);
-                if sum <= 0.0 {
-                    continue;
-                }
-                self.counts[1] += 1;
-                let mut across = ALL_ACROSS;
-                if is_wide {
-                    across = means_across(&covers, off, &off_at, half_width).map(|mean| mean / sum);
-                }
-                let depth = ribbon.depth[0] + (ribbon.depth[1] - ribbon.depth[0]) * t;
-                let drawn = Drawn {
-                    t: piece.t[0] + piece.t[1] * t,
-                    across,
-                    alpha: ribbon.coverage[0] + (ribbon.coverage[1] - ribbon.coverage[0]) * t,
-                    covers,
-                };
-                let at = [x as usize, y as usize];
-                let ix = at[0] + self.size[0] as usize * at[1];
-                self.pixels[ix].insert(&mut self.waiting, key(depth, first), drawn);
-                self.settle(simd, at, nearest);
             }
         }
+    }
+
+    /// Adds a ribbon of the segment with this [`key`], so deep in the pixel, to those that wait; and puts those into the pixel's list
+    /// that no segment after it can come before.
+    #[inline(always)]
+    fn insert<S: Simd>(
+        &mut self,
+        simd: S,
+        pixel: [u32; 2],
+        of_segment: u64,
+        depth: f32,
+        drawn: Drawn,
+    ) {
+        let [x, y] = pixel.map(|n| n as usize);
+        let ix = x + self.size[0] as usize * y;
+        let nearest = f32::from_bits((of_segment >> 32) as u32);
+        self.pixels[ix].insert(&mut self.waiting, key(depth, of_segment as u32), drawn);
+        self.settle(simd, [x, y], nearest);
     }
 
     /// Puts those ribbons of a pixel into its list that are no farther than `nearest`.
@@ -308,13 +258,105 @@ impl Scratch {
     }
 }
 
+/// A part of a segment, and what it takes to find what it covers of a pixel.
+struct Cover<'a> {
+    piece: &'a Piece,
+    /// How far from the ribbon the middle of a pixel with some coverage can be: its outermost place lies that far, over its filter.
+    reach: Offset,
+    /// How the offsets of a place differ from those of the middle of its pixel.
+    across_at: [f32; PLACES],
+    begin_at: [f32; PLACES],
+    end_at: [f32; PLACES],
+    /// Has it a profile over its width?
+    is_wide: bool,
+}
+
+impl<'a> Cover<'a> {
+    #[inline(always)]
+    fn new(piece: &'a Piece) -> Cover<'a> {
+        let ribbon = &piece.ribbon;
+        let half_most = ribbon.half[0].max(ribbon.half[1]);
+        let is_wide = half_most > 0.5 * WIDE_PX;
+        let size = |at: [f32; 2]| FARTHEST * (at[0].abs() + at[1].abs());
+        let end = size(ribbon.ends);
+        Cover {
+            piece,
+            reach: Offset {
+                across: half_most + size(ribbon.along) + 0.5 / PLACES_SIDE as f32,
+                begin: -size(ribbon.begins),
+                end: match is_wide && ribbon.is_tip {
+                    true => end + BEYOND_TIP * half_most,
+                    false => end,
+                },
+            },
+            across_at: linear([-ribbon.along[1], ribbon.along[0]]),
+            begin_at: linear(ribbon.begins),
+            end_at: linear(ribbon.ends),
+            is_wide,
+        }
+    }
+
+    /// What it covers of the pixel at this offset, if anything, and how deep it is there.
+    #[inline(always)]
+    fn of_pixel<S: Simd>(&self, simd: S, offset: Offset) -> Option<(f32, Drawn)> {
+        let Piece { ribbon, t: part } = self.piece;
+        let length = offset.begin - offset.end;
+        let t = if length > 1e-6 {
+            (offset.begin / length).clamp(0.0, 1.0)
+        } else {
+            0.5
+        };
+        let mix = |of: [f32; 2]| of[0] + (of[1] - of[0]) * t;
+        let half_width = mix(ribbon.half);
+        let mut half_at = [half_width; PLACES];
+        let mut tip = 0.0;
+        if self.is_wide && ribbon.is_tip {
+            // Seen end on it is flat.
+            let reach = half_width.min(length);
+            tip = BEYOND_TIP * reach;
+            for (half, end_at) in half_at.iter_mut().zip(self.end_at) {
+                *half *= round_tip((tip - offset.end - end_at) / reach);
+            }
+        }
+        let mut covers = [0.0; PLACES];
+        let mut sums = f32x8::splat(simd, 0.0);
+        for first in [0, LANES] {
+            let of = |at: &[f32; PLACES]| f32x8::from_slice(simd, &at[first..first + LANES]);
+            let distance = (of(&self.across_at) + offset.across).abs();
+            let inside = (of(&half_at) - distance) * PLACES_SIDE as f32 + 0.5;
+            // Half open, so that a strand covers no place twice.
+            let is_on = (of(&self.begin_at) + offset.begin).simd_ge(0.0)
+                & (of(&self.end_at) + offset.end).simd_lt(tip);
+            let inside = is_on.select(inside.max(0.0).min(1.0), f32x8::splat(simd, 0.0));
+            inside.store_slice(&mut covers[first..first + LANES]);
+            sums += inside;
+        }
+        let sum = sums.reduce_sum();
+        if sum <= 0.0 {
+            return None;
+        }
+        let mut across = ALL_ACROSS;
+        if self.is_wide {
+            let means = means_across(&covers, offset.across, &self.across_at, half_width);
+            across = means.map(|mean| mean / sum);
+        }
+        let drawn = Drawn {
+            t: part[0] + part[1] * t,
+            across,
+            alpha: mix(ribbon.coverage),
+            covers,
+        };
+        Some((mix(ribbon.depth), drawn))
+    }
+}
+
 /// Bits of the first `n` pixels of a row.
 fn below(n: u32) -> u32 {
     (1 << n) - 1
 }
 
 /// Sums over the places, as far as they are covered, of where they lie across a ribbon, and of the squares. Its half
-/// width and how far its middle is `off` the middle of the pixel are px.
+/// width, and how far the middle of the pixel is `off` the ribbon's, are px.
 fn means_across(
     covers: &[f32; PLACES],
     off: f32,

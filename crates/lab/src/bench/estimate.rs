@@ -47,8 +47,8 @@ const PER_SINGLE: f64 = 5538.0;
 /// The same of a look-up in tables of multiple scattering, for each visible point and light.
 const PER_LOOK_UP: f64 = 250.0;
 
-/// Instructions to test whether a segment covers a pixel, sorting included.
-const PER_TEST: f64 = 120.0;
+/// Instructions to find what a segment covers of a pixel within its reach, with those spent on pixels beyond it, sorting included.
+const PER_TEST: f64 = 210.0;
 
 /// Instructions of a step of the sweep through the volume: a voxel in one direction.
 const PER_SWEPT: f64 = 60.0;
