@@ -82,7 +82,7 @@ impl Drop for Lent<'_> {
     }
 }
 
-/// A thread that panicked left no scratch half made: it took it out.
+/// Nobody works with the lock held, and [`Scratch::start`] forgets what was in a scratch: one from a thread that panicked serves as well.
 fn locked(scratches: &Mutex<Vec<Scratch>>) -> MutexGuard<'_, Vec<Scratch>> {
     scratches.lock().unwrap_or_else(PoisonError::into_inner)
 }

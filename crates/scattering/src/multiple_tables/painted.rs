@@ -8,8 +8,8 @@
 
 use crate::closed_form::{
     AverageRow, AverageTexel, Fibre, ForwardTable, LAST_FORWARD, LAYER_MIDDLE, LocalAverages,
-    N_FORWARD, PaintedAveragesView, PaintedPointAverages, PaintedViews, PointPaint, SampleAverages,
-    average_row, painted_shading, sample_painted_forward,
+    N_AVERAGE_COLUMNS, N_FORWARD, PaintedAveragesView, PaintedPointAverages, PaintedViews,
+    PointPaint, SampleAverages, average_row, painted_shading, sample_painted_forward,
 };
 use crate::dual_scattering::{DEFAULT_AVERAGE_LAYERS, N_INCLINATIONS};
 use crate::hair::Parameter;
@@ -200,13 +200,35 @@ fn least_beta_f_2(averages: &PaintedPointAverages) -> f32 {
 }
 
 /// [`crate::closed_form::forward_table`] of the hair around painted points whose averages stand in this `row`
-/// ([`crate::closed_form::painted_averages()`]'s).
+/// ([`crate::closed_form::painted_averages()`]'s): [`sample_painted_forward`] at all its sines, which are those of the columns, so only
+/// rows are mixed. One is made for nearly every painted point.
 pub fn painted_forward_table(view: &PaintedAveragesView, row: &AverageRow) -> ForwardTable {
     let mut table = [[0.0; 4]; 2 * N_FORWARD];
-    for (ix, entry) in table.as_chunks_mut::<2>().0.iter_mut().enumerate() {
-        let (a_f, beta_f_2) = sample_painted_forward(view, row, ix as f32 / LAST_FORWARD);
-        for (entry, of) in entry.iter_mut().zip([a_f, beta_f_2]) {
-            entry[..3].copy_from_slice(&of);
+    // Two neighbours, as rows and weights; one where there is no step between them.
+    let neighbours = |step: u32, fraction: f32| match step {
+        0 => [(0, 1.0), (0, 0.0)],
+        _ => [(0, 1.0 - fraction), (step, fraction)],
+    };
+    let shifts = neighbours(row.shift_step, row.shift_fraction);
+    let widths = neighbours(row.width_step, row.width_fraction);
+    for channel in 0..3 {
+        let layers = neighbours(1, row.fractions[channel]);
+        for (shift, of_shift) in shifts {
+            for (width, of_width) in widths {
+                for (layer, of_layer) in layers {
+                    let weight = of_shift * of_width * of_layer;
+                    if weight > 0.0 {
+                        let row_ix = (row.rows[channel] + shift + width + layer) as usize;
+                        let first = row_ix * N_AVERAGE_COLUMNS + N_INCLINATIONS;
+                        let texels = &view.texels[first..first + N_FORWARD];
+                        let entries = table.as_chunks_mut::<2>().0;
+                        for ([a_f, beta_f_2], texel) in entries.iter_mut().zip(texels) {
+                            a_f[channel] += weight * texel[0];
+                            beta_f_2[channel] += weight * row.width_scale_2 * texel[1];
+                        }
+                    }
+                }
+            }
         }
     }
     table
@@ -215,6 +237,40 @@ pub fn painted_forward_table(view: &PaintedAveragesView, row: &AverageRow) -> Fo
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::HairParams;
+    use crate::dual_scattering::PaintedAverageTable;
+    use crate::fresnel::Fresnel;
+
+    #[test]
+    fn forward_tables_are_samples_at_their_sines() {
+        for n_scales in [1, 5] {
+            let layers = [DEFAULT_AVERAGE_LAYERS, n_scales, n_scales];
+            let averages =
+                PaintedAverageTable::new(&HairParams::default(), Fresnel::Dielectric, layers);
+            let view = averages.view();
+            for (sigma_a, width, shift) in [
+                ([0.0, 0.2, 60.0], 1.0, 1.0),
+                ([0.03, 1.7, 0.4], 0.6, 1.9),
+                ([9.0, 0.001, 3.0], 30.0, 0.01),
+            ] {
+                let row = average_row(view.decode, sigma_a, width, shift);
+                let table = painted_forward_table(&view, &row);
+                for (ix, [a_f, beta_f_2]) in table.as_chunks::<2>().0.iter().enumerate() {
+                    let expected = sample_painted_forward(&view, &row, ix as f32 / LAST_FORWARD);
+                    for c in 0..3 {
+                        let pairs = [(a_f[c], expected.0[c]), (beta_f_2[c], expected.1[c])];
+                        for (found, expected) in pairs {
+                            let error = (found - expected).abs();
+                            assert!(
+                                error <= 1e-6 * expected.abs().max(1.0),
+                                "{ix}: {found} {expected}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
 
     #[test]
     fn layers_stand_where_their_absorption_is() {
