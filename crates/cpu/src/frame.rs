@@ -61,7 +61,7 @@ impl Frame {
             // Its places may be others.
             match Stage::List.inputs().contains(&edit) {
                 true => self.served.kept = None,
-                false => self.outdate_kept(),
+                false => self.outdate_kept(edit),
             }
             match edit {
                 // Paint is no matter of plain points.
@@ -183,9 +183,11 @@ impl Frame {
         }
     }
 
-    fn outdate_kept(&mut self) {
-        if let Some(kept) = &mut self.served.kept {
-            kept.outdate();
+    fn outdate_kept(&mut self, edit: Edit) {
+        match &mut self.served.kept {
+            Some(kept) if edit == Edit::Paint => kept.repaint(),
+            Some(kept) => kept.outdate(),
+            None => {}
         }
     }
 
@@ -216,7 +218,12 @@ impl Frame {
                 self.forget_lit_proxies();
             }
             Stage::Bounce => (self.bounce_rays, self.bounce) = (None, None),
-            Stage::MultipleTables => (self.filling, self.multiple) = (None, None),
+            Stage::MultipleTables => {
+                self.filling = None;
+                if let Some(tables) = &mut self.multiple {
+                    tables.plain = None;
+                }
+            }
             Stage::Shade => (self.shading, self.shaded) = (None, None),
         }
     }
@@ -446,8 +453,12 @@ impl Frame {
             // By the plan that is kept while colours change.
             self.stats.shadow_maps = lights.plan.views.len();
         }
-        self.needed_tables
-            .get_or_insert_with(|| NeededTables::of(scene));
+        if self.needed_tables.is_none() {
+            self.needed_tables = Some(NeededTables::of(scene));
+            if let Some(tables) = &mut self.multiple {
+                tables.keep_packs_of(scene);
+            }
+        }
         let Some(stage) = self.next(picturing) else {
             self.is_drawn = true;
             return false;

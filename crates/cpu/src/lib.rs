@@ -61,6 +61,7 @@ mod radiance;
 mod raster;
 mod renderer;
 mod sampled;
+mod scene_tables;
 mod screen_point;
 mod shade;
 mod shade_wide;

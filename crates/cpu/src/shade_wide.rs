@@ -9,7 +9,6 @@ use strandlight_scattering::closed_form::{
     DirectionInFrame, LightInFrame, TERM_GLOBAL, TERM_LOCAL, TERM_SINGLE, WidthProfile,
     forward_table, plain_layers,
 };
-use strandlight_scattering::multiple_tables::{MultipleTables, PaintedTables};
 use strandlight_scattering::wide::{
     LANES, Level, Peaks, Place, Responses, Roulette, Simd, WideLights, dispatch, f32x8, prelude::*,
     single_scattering,
@@ -33,6 +32,7 @@ use super::draft_multiple::{DraftPoint, LightColumns};
 use super::frame::kept::{N_NODES, narrow_columns};
 use super::halves::{half, n_numbers};
 use super::radiance::{Radiance, mean};
+use super::scene_tables::SceneTables;
 use super::shade::{Counts, Terms};
 use super::unblocked::{Unblocked, VisiblePoint};
 
@@ -62,14 +62,6 @@ macro_rules! with_optics {
     }};
 }
 use with_optics;
-
-/// Tables of multiple scattering of a scene: of its fibre where some points have that, and of painted points where they serve
-/// some.
-#[derive(Clone, Debug, Default)]
-pub(super) struct SceneTables {
-    pub plain: Option<MultipleTables>,
-    pub painted: PaintedTables,
-}
 
 /// Shades points that tables serve.
 pub(super) struct WideShader<'a> {

@@ -307,7 +307,14 @@ fn edits_run_only_the_stages_that_they_touch() {
             json!({"camera.position": [1, -3, 12]}),
             &["list", "through maps", "shade"],
         ),
-        (json!({"render.scattering": "single"}), &["tables", "shade"]),
+        (
+            json!({"variation.melanin_strand": 0.2}),
+            &["tables", "shade"],
+        ),
+        // Tables of hair that varies serve any absorption.
+        (json!({"hair.sigma_a": [0.27, 0.43, 0.84]}), &["shade"]),
+        (json!({"hair.eta": 1.6}), &["tables", "shade"]),
+        (json!({"render.scattering": "single"}), &["shade"]),
         (json!({"variation.melanin_strand": 0.3}), &["shade"]),
         (json!({"variation.melanin_strand": 0.4}), &["shade"]),
         (json!({"variation.seed": 1}), &["shade"]),
@@ -326,6 +333,16 @@ fn write_curtain(folder: &Path, proxies: Vec<ProxySection>) -> PathBuf {
     })
 }
 
+/// Does one step of a script.
+fn step(viewer: &mut Viewer, step: Value) {
+    let script = Script::from_json(&json!([step]).to_string()).expect("valid");
+    let done = script.run(
+        viewer,
+        |_, _| Ok::<(), strandlight_runtime::ScriptError>(()),
+    );
+    done.expect("a valid step");
+}
+
 /// A light that is tinted or off is there at the first picture, with all light: what each light comes to is kept.
 #[test]
 fn other_colors_of_the_lights_show_at_once() {
@@ -333,28 +350,77 @@ fn other_colors_of_the_lights_show_at_once() {
     let at = write_curtain(folder.path(), vec![head()]);
     let mut viewer = interactive(Session::open(&at).expect("a scene"));
     finish(&mut viewer);
-    let mut before = shown(&viewer).pixels.to_vec();
+    check_colors_of_the_lights(&mut viewer);
+}
+
+/// The same of hair that varies, some strands being as the hair is; and where points are painted between such edits, whose own is kept then.
+#[test]
+fn other_colors_of_the_lights_show_at_once_on_painted_hair() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = write_curtain(folder.path(), vec![head()]);
+    let brush = |dye: [f64; 3]| json!({"radius_cm": 1.5, "effect": {"dye": dye}});
+    let stroke = |dye, path: Value| json!({"stroke": {"brush": brush(dye), "path": path}});
+    let mut viewer = interactive(Session::open(&at).expect("a scene"));
+    for edit in [
+        stroke([0.1, 0.9, 2.0], json!([[8, 6], [14, 8]])),
+        json!({"set": {"variation.melanin_strand": 0.5, "variation.grey": 0.2}}),
+        stroke([2.0, 0.5, 0.1], json!([[12, 2], [14, 12]])),
+        stroke([0.5, 0.5, 0.5], json!([[2, 2], [4, 12]])),
+        json!({"set": {"hair.sigma_a": [0.1, 0.4, 0.8]}}),
+        json!({"set": {"variation.grey": 0}}),
+    ] {
+        step(&mut viewer, edit);
+        finish(&mut viewer);
+        check_colors_of_the_lights(&mut viewer);
+    }
+    // Paint that came while that was being kept is in it as well.
+    for n_steps in 0..12 {
+        step(
+            &mut viewer,
+            json!({"set": {"hair.eta": 1.4 + 0.01 * f64::from(n_steps)}}),
+        );
+        for _ in 0..n_steps {
+            viewer.advance(Duration::ZERO).expect("a step");
+        }
+        step(
+            &mut viewer,
+            stroke(
+                [0.3 * f64::from(n_steps), 0.9, 0.2],
+                json!([[8, 6], [14, 8]]),
+            ),
+        );
+        for _ in 0..n_steps / 2 {
+            viewer.advance(Duration::ZERO).expect("a step");
+        }
+        step(
+            &mut viewer,
+            stroke([0.1, 0.9, 0.2], json!([[4, 6], [10, 10]])),
+        );
+        finish(&mut viewer);
+        check_colors_of_the_lights(&mut viewer);
+    }
+}
+
+/// Of a finished picture.
+fn check_colors_of_the_lights(viewer: &mut Viewer) {
+    let mut before = shown(viewer).pixels.to_vec();
     for keys in [
         json!({"lights.tint": [1, 0.5, 0.2]}),
         json!({"lights.muted": [1]}),
         json!({"lights.muted": []}),
         json!({"lights.tint": [1, 1, 1]}),
     ] {
-        let script = Script::from_json(&json!([{"set": keys}]).to_string()).expect("valid");
-        let done = script.run(&mut viewer, |_, _| {
-            Ok::<(), strandlight_runtime::ScriptError>(())
-        });
-        done.expect("a valid step");
+        step(viewer, json!({"set": keys}));
         // Until there is a picture.
         let progress = viewer.advance(Duration::from_secs(60)).expect("a step");
         assert!(
             progress.is_shown && progress.is_shaded && !progress.is_done,
             "{keys}"
         );
-        let first = shown(&viewer).pixels.to_vec();
+        let first = shown(viewer).pixels.to_vec();
         assert!(first != before, "{keys} changes nothing");
-        finish(&mut viewer);
-        let last = shown(&viewer).pixels.to_vec();
+        finish(viewer);
+        let last = shown(viewer).pixels.to_vec();
         let levels = first.as_flattened().iter().zip(last.as_flattened());
         let most = levels.map(|(a, b)| a.abs_diff(*b)).max();
         assert!(most <= Some(2), "{keys}: {most:?}");

@@ -113,7 +113,10 @@ fn first_pictures_are_close(proxies: Vec<ProxySection>, least: f64) {
 fn turned_lights_have_shadows_before_all_maps_are_drawn() {
     // With many threads all maps are drawn in one step.
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    one.expect("a thread").install(turn_lights);
+    let one = one.expect("a thread");
+    for varies in [false, true] {
+        one.install(|| turn_lights(dense_hair_in_sun_and_sky(varies)));
+    }
 }
 
 /// A sun and two wide lights, turned.
@@ -134,17 +137,19 @@ fn sun_and_sky(turn: f32) -> Vec<SrbfLight> {
     ]
 }
 
-/// Hair beside an ellipsoid in their light.
-fn dense_hair_in_sun_and_sky() -> PreparedScene {
+/// Hair beside an ellipsoid in their light, of one absorption or of many.
+fn dense_hair_in_sun_and_sky(varies: bool) -> PreparedScene {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = write_dense_hair(folder.path(), sun_and_sky(0.0));
     let mut scene = Scene::read(&at).expect("a scene");
     scene.proxies = vec![ProxySection::ellipsoid([0.0, 0.0, -2.0], [2.0, 1.0, 1.0])];
+    if varies {
+        (scene.variation.melanin_strand, scene.variation.grey) = (0.4, 0.3);
+    }
     PreparedScene::load(&scene).expect("hair")
 }
 
-fn turn_lights() {
-    let scene = dense_hair_in_sun_and_sky();
+fn turn_lights(scene: PreparedScene) {
     let first_maps = scene.shadow_plan().maps_for_first();
     assert!(first_maps.iter().filter(|is_first| !**is_first).count() > 2);
     let mut live = InteractiveRenderer::new(scene);
@@ -173,15 +178,30 @@ fn turn_lights() {
 /// Edits that come while a picture in the shadows of some maps is being made leave nothing of it behind.
 #[test]
 fn edits_after_lights_turned_end_as_fresh_scenes() {
-    let scene = dense_hair_in_sun_and_sky();
+    for varies in [false, true] {
+        edit_after_lights_turned(dense_hair_in_sun_and_sky(varies));
+    }
+}
+
+fn edit_after_lights_turned(scene: PreparedScene) {
     let mut camera = scene.camera;
     camera.eye.x += 0.1 * camera.eye.distance(camera.target);
     let mut hair = *scene.hair.hair();
     hair.eta = 1.4;
     let modes = scene.hair.modes().to_vec();
     let colors = [[10.0, 20.0, 30.0], [1.0, 0.2, 0.5], [0.5; 3]];
+    let n_points = scene.strands.n_groom_points();
+    let mut paint = Paint::unpainted(n_points);
+    paint.points[n_points / 3..n_points / 2].fill(PaintedPoint {
+        sigma_a: [0.1, 0.4, 0.9],
+        weight: 1.0,
+        ..PaintedPoint::NONE
+    });
     type Change<'a> = (&'a str, &'a dyn Fn(&mut InteractiveRenderer));
-    let edits: [Change; 4] = [
+    let edits: [Change; 5] = [
+        ("paint", &|live| {
+            live.set_paint(&paint, 0..n_points).expect("as many");
+        }),
         ("hair", &|live| {
             live.set_hair(&hair, &modes).expect("in range");
         }),

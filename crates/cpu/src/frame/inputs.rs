@@ -14,7 +14,7 @@ use strandlight_scene::volume::Grid;
 use super::super::axis_shares::AxisShares;
 use super::super::bounce::BounceLight;
 use super::super::proxies::Proxies;
-use super::super::shade_wide::SceneTables;
+use super::super::scene_tables::SceneTables;
 use super::super::through_shares::{Maps, Through};
 use super::super::unblocked::Unblocked;
 use super::super::visible::VisiblePoints;
@@ -37,8 +37,8 @@ pub(super) struct Inputs<'a> {
     /// Where strands are seen that are wide.
     pub profile: Option<&'a WidthProfile>,
     pub bounce: Option<&'a BounceLight>,
-    /// Are there points with the scene's fibre, seen or not?
-    pub has_plain: bool,
+    /// Tables that points need, seen or not.
+    pub needed: NeededTables,
     pub proxies: Option<&'a Proxies>,
 }
 
@@ -94,6 +94,8 @@ pub(super) struct NeededTables {
     pub painted: bool,
     /// Those of such points.
     pub packs: Packs,
+    /// Are there painted points that none serve?
+    pub has_others: bool,
 }
 
 /// Points whose paint is looked at by one thread at a time.
@@ -116,9 +118,13 @@ impl NeededTables {
         let of_chunk = |points: &[PaintedPoint]| {
             let mut needed = NeededTables::default();
             let mut before = None;
-            for point in points.iter().filter(|point| is_served(point)) {
+            for point in points {
                 // Most are as their neighbours.
                 if before.replace(point) == Some(point) {
+                    continue;
+                }
+                if !is_served(point) {
+                    needed.has_others = true;
                     continue;
                 }
                 needed.plain |= !point.is_painted();
@@ -138,6 +144,7 @@ impl NeededTables {
                 plain: a.plain || b.plain,
                 painted: a.painted || b.painted,
                 packs: a.packs | b.packs,
+                has_others: a.has_others || b.has_others,
             })
     }
 

@@ -31,6 +31,10 @@ pub(super) struct Kept {
     is_found: Vec<bool>,
     /// `[place][channel][column]`, whole vectors of columns: the upper halves of floats.
     numbers: Vec<u16>,
+    /// Have all places numbers of the fibre as it is, but for paint?
+    is_whole: bool,
+    /// By place, light of the proxies at painted points; nothing where there is none. And what the proxies sent back in all.
+    bounced: (Vec<[f32; 4]>, [f32; 3]),
 }
 
 /// Columns of single scattering of a narrow light.
@@ -55,6 +59,8 @@ impl Kept {
             narrow,
             is_found: vec![false; lights.len()],
             numbers: vec![0; n],
+            is_whole: false,
+            bounced: (Vec::new(), [0.0; 3]),
         })
     }
 
@@ -73,6 +79,38 @@ impl Kept {
     /// What was found is that of another fibre, or of other shadows: the lights and places are the same.
     pub fn outdate(&mut self) {
         self.is_found.fill(false);
+        self.is_whole = false;
+    }
+
+    /// Some places have other paint, where what was found is to be taken anew.
+    pub fn repaint(&mut self) {
+        self.is_found.fill(false);
+    }
+
+    /// Has it all but what is repainted?
+    pub fn is_whole(&self) -> bool {
+        self.is_whole
+    }
+
+    /// Takes light of the proxies at painted points, nothing at others, of some places; none is that of no place at all.
+    pub fn take_bounced(
+        &mut self,
+        places: &[u32],
+        found: Option<&[[f32; 4]]>,
+        sent_back: [f32; 3],
+    ) {
+        let n_places = self.numbers.len() / self.n_numbers().max(1);
+        let (bounced, of) = &mut self.bounced;
+        bounced.resize(if found.is_some() { n_places } else { 0 }, [0.0; 4]);
+        for (&place, found) in places.iter().zip(found.unwrap_or_default()) {
+            bounced[place as usize] = *found;
+        }
+        *of = sent_back;
+    }
+
+    /// That light by place, and what the proxies sent back in all; nothing where no point is painted.
+    pub fn bounced(&self) -> (&[[f32; 4]], [f32; 3]) {
+        (&self.bounced.0, self.bounced.1)
     }
 
     /// Takes what was found of the lights of `all` that are not black, at some places.
@@ -103,6 +141,7 @@ impl Kept {
 
     /// All is found of the lights that are not black.
     pub fn is_taken(&mut self, all: &[LightRecord]) {
+        self.is_whole = true;
         for (is_found, light) in self.is_found.iter_mut().zip(&self.lights) {
             *is_found |= all[*light as usize].power > 0.0;
         }
@@ -252,6 +291,34 @@ mod tests {
         assert_eq!(kept.at(&all, 4.0)[0], [4.0, 0.0, 0.0, 0.0]);
         kept.outdate();
         assert!(!kept.serves(&all));
+    }
+
+    #[test]
+    fn places_with_other_paint_are_taken_anew() {
+        let all = [light([1.0; 3])];
+        let mut kept = Kept::new(&[0], &all, 2).expect("few bytes");
+        let n = n_numbers(1);
+        let found = |value: f32| vec![half(value); n];
+        kept.take(&all, &[0, 1], &[found(1.0), found(2.0)].concat());
+        kept.is_taken(&all);
+        assert!(kept.serves(&all) && kept.is_whole());
+        kept.take_bounced(&[0, 1], Some(&[[0.0; 4], [4.0; 4]]), [8.0; 3]);
+        kept.repaint();
+        assert!(!kept.serves(&all), "the other paint is not in it");
+        assert!(kept.is_whole());
+        kept.take(&all, &[1], &found(16.0));
+        kept.take_bounced(&[1], Some(&[[5.0; 4]]), [8.0; 3]);
+        kept.is_taken(&all);
+        assert!(kept.serves(&all));
+        let at: Vec<f32> = kept.at(&all, 1.0).iter().map(|at| at[0]).collect();
+        assert_eq!(at, [1.0, 16.0]);
+        assert_eq!(kept.bounced(), (&[[0.0; 4], [5.0; 4]][..], [8.0; 3]));
+        // Of no painted point any more.
+        kept.take_bounced(&[1], None, [8.0; 3]);
+        assert!(kept.bounced().0.is_empty());
+        // Of another fibre all are.
+        kept.outdate();
+        assert!(!kept.is_whole());
     }
 
     #[test]

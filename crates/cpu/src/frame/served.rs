@@ -10,8 +10,9 @@ use super::super::arriving::Arriving;
 use super::super::draft_multiple::DraftMultiple;
 use super::super::proxies::Proxies;
 use super::super::radiance::{Radiance, RadianceBefore};
+use super::super::scene_tables::SceneTables;
 use super::super::shade::Counts;
-use super::super::shade_wide::{Fibres, SceneTables, WideShader, Written};
+use super::super::shade_wide::{Fibres, WideShader, Written};
 use super::super::through_shares::Maps;
 use super::super::visible::VisiblePoints;
 use super::inputs::{Inputs, is_plain};
@@ -55,11 +56,10 @@ impl ServedPoints {
         }
         self.plan_kept(inputs, shading);
         let (scene, records) = (inputs.picturing.scene, &inputs.lights.records[..]);
-        // Painted points have no numbers.
         let is_draft = shading.quality == Quality::Draft
             && inputs.maps.is_none()
             && shading.groups.len() == 1
-            && scene.paint().is_none();
+            && !inputs.needed.has_others;
         let arriving = self.arriving.as_ref()?;
         let maps = (inputs.maps.filter(|_| shading.has_narrow())).map(|maps| maps.of_lights);
         let seen = (&inputs.picturing.view, inputs.profile);
@@ -83,7 +83,7 @@ impl ServedPoints {
                 }
             };
         let found = (&mut self.bounced, &mut self.finding_bounced);
-        let is_wanted = tables.plain.is_some() && inputs.has_plain;
+        let is_wanted = tables.plain.is_some() && inputs.needed.plain;
         if is_wanted && !step_bounced(found, (inputs, has_few), &shader) {
             return None;
         }
@@ -99,29 +99,50 @@ impl ServedPoints {
             (_, Some(_)) => Written::Kept,
             _ => Written::Nothing,
         };
-        let shaded = shader.shade(places, &inputs.visible.points, written);
+        let mut shaded = shader.shade(places, &inputs.visible.points, written);
+        let bounced = (shading.group == 0)
+            .then(|| bounced_at_painted(inputs, &shader, places))
+            .flatten();
+        if let Some(bounced) = &bounced {
+            shaded.radiance.add_at_all(bounced);
+        }
+        let of_draft = (bounced.as_ref())
+            .filter(|_| is_draft)
+            .map(|bounced| self.with_plain(bounced, inputs, places));
         match (&mut self.draft_multiple, &mut self.kept) {
             (Some(draft), _) if is_draft => {
+                for (sum, value) in (shaded.rest.iter_mut().flatten())
+                    .zip(of_draft.unwrap_or_default().as_flattened())
+                {
+                    *sum += value;
+                }
                 draft.take(places, &shaded.numbers, &shaded.rest);
             }
-            (_, Some(kept)) => kept.take(records, places, &shaded.numbers),
+            (_, Some(kept)) => {
+                kept.take(records, places, &shaded.numbers);
+                kept.take_bounced(places, bounced.as_deref(), sent_back(inputs.proxies));
+            }
             _ => {}
         }
-        let mut radiance = shaded.radiance;
-        if let Some(bounce) = inputs.bounce.filter(|_| shading.group == 0) {
-            // Light of proxies at painted points, which paint changes, is not kept.
-            let is_painted = |place: &u32| !is_plain(scene.paint(), inputs.visible, *place);
-            let (ixs, painted): (Vec<u32>, Vec<u32>) = (0..)
-                .zip(places)
-                .filter(|(_, place)| is_painted(place))
-                .unzip();
-            let visible = &inputs.visible.points;
-            let found = shader.shade_bounce(bounce, (&painted, visible), Fibres::OfPoints);
-            for (ix, found) in ixs.iter().zip(&found) {
-                radiance.add_at(*ix, found);
+        Some((shaded.radiance, shaded.counts))
+    }
+
+    /// Light of the proxies at some places that have it at painted points already.
+    fn with_plain(
+        &self,
+        at_painted: &[[f32; 4]],
+        inputs: &Inputs,
+        places: &[u32],
+    ) -> Vec<[f32; 4]> {
+        let mut all = at_painted.to_vec();
+        let at_all = self.bounced_at(places, inputs.visible).unwrap_or_default();
+        let paint = inputs.picturing.scene.paint();
+        for ((value, found), &place) in all.iter_mut().zip(&at_all).zip(places) {
+            if is_plain(paint, inputs.visible, place) {
+                *value = *found;
             }
         }
-        Some((radiance, shaded.counts))
+        all
     }
 
     /// Radiance of some of the `visible` points in the shadows of maps, without [bounce light](ServedPoints::bounced_at), by what a draft
@@ -233,18 +254,47 @@ impl ServedPoints {
         let is_kept = inputs.picturing.has_drafts
             && shading.quality == Quality::Whole
             && shading.groups.len() == 1
-            && inputs.picturing.scene.paint().is_none()
-            && shading.order.len() == n_places;
+            && !inputs.needed.has_others;
         let Some(arriving) = self.arriving.as_ref().filter(|_| is_kept) else {
             self.kept = None;
             return;
         };
         let (lights, all) = (&arriving.lights[..], &inputs.lights.records[..]);
         let kept = self.kept.take();
-        self.kept = kept
-            .filter(|kept| kept.is_of(lights, all, n_places))
-            .or_else(|| Kept::new(lights, all, n_places));
+        let kept = kept.filter(|kept| kept.is_of(lights, all, n_places));
+        self.kept = match shading.order.len() == n_places {
+            true => kept.or_else(|| Kept::new(lights, all, n_places)),
+            // Where some places are repainted, all were kept before or none is.
+            false => kept.filter(Kept::is_whole),
+        };
     }
+}
+
+/// Light of the proxies at some places, nothing at plain points; none where no point is painted or no proxy sends any.
+fn bounced_at_painted(
+    inputs: &Inputs,
+    shader: &WideShader,
+    places: &[u32],
+) -> Option<Vec<[f32; 4]>> {
+    let bounce = inputs.bounce?;
+    let paint = Some(inputs.picturing.scene.paint()?);
+    let (ixs, painted): (Vec<usize>, Vec<u32>) = places
+        .iter()
+        .enumerate()
+        .filter(|(_, place)| !is_plain(paint, inputs.visible, **place))
+        .unzip();
+    let points = (&painted[..], &inputs.visible.points[..]);
+    let found = shader.shade_bounce(bounce, points, Fibres::OfPoints);
+    let mut all = vec![[0.0; 4]; places.len()];
+    for (ix, found) in ixs.into_iter().zip(found) {
+        all[ix] = found;
+    }
+    Some(all)
+}
+
+/// What the proxies send back in all.
+fn sent_back(proxies: Option<&Proxies>) -> [f32; 3] {
+    proxies.map_or([0.0; 3], Proxies::total)
 }
 
 /// Is one of these points plain?
@@ -293,7 +343,7 @@ fn step_bounced(
         light.at = visible.bounce_at(&light, n_done, (&all, None));
         *bounced = Some(Bounced {
             light,
-            sent_back: inputs.proxies.map_or([0.0; 3], Proxies::total),
+            sent_back: sent_back(inputs.proxies),
             is_current: true,
         });
     }

@@ -8,11 +8,11 @@ use super::super::arriving::Arriving;
 use super::super::draft_multiple::DraftMultiple;
 use super::super::proxies::Proxies;
 use super::super::radiance::Radiance;
+use super::super::scene_tables::SceneTables;
 use super::super::shade::Counts;
-use super::super::shade_wide::SceneTables;
 use super::super::through_shares::Maps;
-use super::inputs::{Inputs, is_plain, maps_of, tables_for};
-use super::parts::{Bounced, Picturing, Quality, Shaded, Shading, Shadowing};
+use super::inputs::{Inputs, NeededTables, is_plain, maps_of, tables_for};
+use super::parts::{Picturing, Quality, Shaded, Shading, Shadowing};
 use super::state::Frame;
 
 /// Points that are found in shadows at a time, some milliseconds on two cores.
@@ -47,7 +47,7 @@ impl Frame {
             _ => Quality::Draft,
         };
         self.shading.take_if(|shading| shading.quality != quality);
-        if self.tables_of(scene).is_none() || scene.paint().is_some() {
+        if self.tables_of(scene).is_none() || self.needed().has_others {
             self.served.kept = None;
         }
         if quality == Quality::Whole && self.show_recolored(picturing) {
@@ -101,7 +101,10 @@ impl Frame {
                 mut radiance,
                 ..
             }) => {
-                self.add_bounce(picturing.scene, &mut radiance, &places);
+                // Where there is paint the draft has it.
+                if picturing.scene.paint().is_none() {
+                    self.add_bounce(picturing.scene, &mut radiance, &places);
+                }
                 let radiance = self.filled(&radiance, places.len());
                 self.served.forget_draft();
                 self.show(picturing, Quality::Shadowed, radiance);
@@ -141,6 +144,11 @@ impl Frame {
         Some(shadowing)
     }
 
+    /// Tables that points need, seen or not.
+    fn needed(&self) -> NeededTables {
+        self.needed_tables.unwrap_or_default()
+    }
+
     /// The tables, if there are points that they serve.
     fn tables_of(&self, scene: &PreparedScene) -> Option<&SceneTables> {
         tables_for(scene, self.multiple.as_ref(), self.needed_tables)
@@ -159,9 +167,20 @@ impl Frame {
         let seen = (&*picturing.scene.strands, &visible.points[..]);
         let scale = picturing.view.radiance_scale;
         let mut radiance = kept.radiance(&lights.records, seen, maps, scale);
-        if let Some(bounced) = &self.served.bounced {
+        let of_plain = (self.served.bounced.as_ref())
+            .map(|bounced| (&bounced.light.at[..], bounced.sent_back));
+        let of_painted = Some(kept.bounced()).filter(|(light, _)| !light.is_empty());
+        if of_plain.is_some() || of_painted.is_some() {
             let lit = self.lit_proxies(picturing);
-            radiance.add_at_all(&recolored(bounced, lit.as_ref()));
+            let paint = picturing.scene.paint();
+            for (bounced, of_paint) in [(of_plain, false), (of_painted, true)] {
+                let found = bounced.map(|bounced| recolored(bounced, lit.as_ref()));
+                for (place, found) in (0..).zip(found.iter().flatten()) {
+                    if is_plain(paint, visible, place) != of_paint {
+                        radiance.add_at(place, found);
+                    }
+                }
+            }
             self.proxies = lit;
         }
         self.show(picturing, Quality::Recolored, radiance);
@@ -231,7 +250,7 @@ impl Frame {
             maps: maps_of(lights, self.unblocked.as_ref(), through),
             profile: self.profile.as_ref().filter(|_| list.has_wide),
             bounce: self.bounce.as_ref(),
-            has_plain: self.needed_tables.is_some_and(|needed| needed.plain),
+            needed: self.needed(),
             proxies: self.proxies.as_ref(),
         };
         let tables = tables_for(picturing.scene, self.multiple.as_ref(), self.needed_tables);
@@ -367,17 +386,17 @@ fn peaks(scene: &PreparedScene) -> Peaks {
     Peaks::of(&optics.shading(scene.tables.view()))
 }
 
-/// Bounce light of the proxies as they are `lit` now: about, since they may be lit from elsewhere.
-fn recolored(bounced: &Bounced, lit: Option<&Proxies>) -> Vec<[f32; 4]> {
-    let before = bounced.sent_back;
+/// Bounce light by place, of proxies that sent back so much `before`, as they are `lit` now: about, since they may be lit from
+/// elsewhere.
+fn recolored((bounced, before): (&[[f32; 4]], [f32; 3]), lit: Option<&Proxies>) -> Vec<[f32; 4]> {
     let now = lit.map_or(before, Proxies::total);
     let factor = |channel: usize| match before[channel] > 0.0 {
         true => now[channel] / before[channel],
         false => 0.0,
     };
     let [r, g, b] = [0, 1, 2].map(factor);
-    let bounced = bounced.light.at.iter();
     bounced
+        .iter()
         .map(|of| [r * of[0], g * of[1], b * of[2], 0.0])
         .collect()
 }

@@ -4,7 +4,6 @@ use std::cmp::Reverse;
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use strandlight_scattering::jobs::Job;
 use strandlight_scattering::multiple_tables::{Filling, MultipleTables};
 use strandlight_scene::PreparedScene;
 use strandlight_scene::beside::Beside;
@@ -20,6 +19,7 @@ use super::super::list::Listing;
 use super::super::proxies::Proxies;
 use super::super::proxy_light::Surfaces;
 use super::super::radiance::RadianceBefore;
+use super::super::scene_tables::run;
 use super::super::through_shares::Through;
 use super::super::transmittance::LightSweep;
 use super::super::unblocked::{Casting, StripOrder, Unblocked};
@@ -382,10 +382,8 @@ impl Frame {
         let tables = self.multiple.get_or_insert_default();
         let filling = &mut self.filling;
         let ((), seconds) = timed(|| {
-            let run = |jobs: Vec<Job>| jobs.into_par_iter().for_each(Job::run);
-            let optics = scene.hair.optics();
             if needed.plain && tables.plain.is_none() {
-                let shading = optics.shading(scene.tables.view());
+                let shading = scene.hair.optics().shading(scene.tables.view());
                 let averages = scene.hair.averages();
                 let filled = filling
                     .get_or_insert_with(|| Filling::new(&shading, averages, scene.terms(), run));
@@ -395,13 +393,7 @@ impl Frame {
                 }
                 return;
             }
-            let missing = tables.painted.missing(needed.packs);
-            if missing != 0 {
-                let hair = optics.painted_hair();
-                let views = optics.painted_views(&hair, scene.tables.view());
-                let pack = missing.trailing_zeros() as usize;
-                tables.painted.fill(pack, &views, scene.terms(), run);
-            }
+            tables.fill_pack(scene, needed.packs);
         });
         let of_plain = tables.plain.as_ref().map_or(0, MultipleTables::bytes);
         let bytes = (of_plain + tables.painted.bytes()) as u64;

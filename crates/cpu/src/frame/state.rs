@@ -12,7 +12,7 @@ use super::super::bounce::{BounceLight, BounceRays};
 use super::super::list::{Listing, VisibilityList};
 use super::super::proxies::Proxies;
 use super::super::radiance::{Radiance, RadianceBefore};
-use super::super::shade_wide::SceneTables;
+use super::super::scene_tables::SceneTables;
 use super::super::through_shares::Through;
 use super::super::unblocked::{Casting, StripOrder, Unblocked};
 use super::super::visible::VisiblePoints;

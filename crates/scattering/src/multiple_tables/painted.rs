@@ -53,9 +53,7 @@ pub struct PaintedPlaces {
 /// Multiple scattering of painted points whose widths and shifts are those of the scene's fibre.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PaintedTables {
-    packs: Vec<MultipleTables>,
-    /// Place of a pack among those, if it is there.
-    of_pack: [Option<u8>; N_PACKS],
+    packs: [Option<Box<MultipleTables>>; N_PACKS],
 }
 
 /// Place of absorption among the layers, 0..1: they are dense where little absorption makes a difference.
@@ -115,9 +113,22 @@ impl PaintedPlaces {
 impl PaintedTables {
     /// Those of `packs` that are not there yet.
     pub fn missing(&self, packs: Packs) -> Packs {
-        let is_there = |pack: &usize| self.of_pack[*pack].is_some();
-        let there = (0..N_PACKS).filter(is_there);
-        packs & !there.fold(0, |there, pack| there | 1 << pack)
+        packs & !self.filled()
+    }
+
+    /// Those that are there.
+    pub fn filled(&self) -> Packs {
+        let packs = self.packs.iter().enumerate();
+        packs.fold(0, |filled, (pack, tables)| {
+            filled | Packs::from(tables.is_some()) << pack
+        })
+    }
+
+    /// Drops all but those of `packs`.
+    pub fn keep(&mut self, packs: Packs) {
+        for (pack, tables) in self.packs.iter_mut().enumerate() {
+            tables.take_if(|_| packs & 1 << pack == 0);
+        }
     }
 
     /// Fills a pack of the hair of `views`, for `terms` as [`MultipleTables::new`]. `run` has to run all jobs.
@@ -129,25 +140,28 @@ impl PaintedTables {
         let averages = average_texels(&unscaled(views.averages, &fibre));
         let shading = painted_shading(views, &fibre);
         let tables = MultipleTables::new(&shading, &averages, terms, run);
-        self.of_pack[pack] = Some(self.packs.len() as u8);
-        self.packs.push(tables);
+        self.packs[pack] = Some(Box::new(tables));
     }
 
     /// A pack, if it is there.
     #[inline]
     pub fn pack(&self, pack: usize) -> Option<&MultipleTables> {
-        self.packs.get(usize::from(self.of_pack[pack]?))
+        self.packs[pack].as_deref()
     }
 
     /// The terms that all of them serve, as [`MultipleTables::terms`].
     pub fn terms(&self) -> u32 {
-        let of_packs = self.packs.iter().map(MultipleTables::terms);
-        of_packs.fold(u32::MAX, |all, terms| all & terms)
+        let packs = self.packs.iter().flatten();
+        packs.fold(u32::MAX, |all, tables| all & tables.terms())
     }
 
     /// Bytes in memory.
     pub fn bytes(&self) -> usize {
-        self.packs.iter().map(MultipleTables::bytes).sum()
+        self.packs
+            .iter()
+            .flatten()
+            .map(|tables| tables.bytes())
+            .sum()
     }
 }
 
