@@ -7,9 +7,6 @@ use strandlight_scattering::multiple_tables::{MultipleTables, Packs, PaintedTabl
 use strandlight_scene::PreparedScene;
 use strandlight_scene::paint::PaintedOptics;
 
-/// Most packs that stay while others are needed: a slider that goes back and forth finds them again.
-const MOST_PACKS: u32 = 8;
-
 /// Tables of multiple scattering: of the scene's fibre where some points have that, and of painted points where they serve some.
 #[derive(Default)]
 pub(super) struct SceneTables {
@@ -55,9 +52,6 @@ impl SceneTables {
         let missing = self.painted.missing(needed);
         if missing == 0 {
             return;
-        }
-        if self.painted.filled().count_ones() >= MOST_PACKS {
-            self.painted.keep(needed);
         }
         self.source.get_or_insert_with(|| PaintedSource::of(scene));
         let optics = scene.hair.optics();

@@ -22,7 +22,7 @@ use strandlight_scattering::closed_form::{
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::jobs::{Job, in_turn};
 use strandlight_scattering::multiple_tables::{
-    Azimuths, AzimuthsOfLights, MultipleSource, MultipleTables,
+    Azimuths, AzimuthsOfLights, MultipleSource, MultipleTables, SeenLights,
 };
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scattering::wide::{LANES, Level, Simd, dispatch, f32x8};
@@ -146,14 +146,28 @@ impl Eight {
     }
 }
 
+impl Eight {
+    #[inline(always)]
+    fn seen<S: Simd>(&self, simd: S) -> SeenLights<S> {
+        let [theta, cos_theta, cos_phi, sin_phi] =
+            [self.theta_j, self.cos_theta_j, self.cos_phi, self.sin_phi]
+                .map(|x| f32x8::simd_from(simd, x));
+        SeenLights {
+            theta,
+            cos_theta,
+            n: LANES,
+            azimuths: AzimuthsOfLights::between([cos_phi, sin_phi], &self.view),
+            theta_o: self.view.theta,
+        }
+    }
+}
+
 #[inline(always)]
 fn look_up<S: Simd>(simd: S, tables: &MultipleTables, queries: &[Eight]) -> f32 {
     let mut sum = f32x8::splat(simd, 0.0);
     for q in queries {
-        let [theta_j, cos_phi, sin_phi, sigma_f] =
-            [q.theta_j, q.cos_phi, q.sin_phi, q.sigma_f].map(|x| f32x8::simd_from(simd, x));
-        let azimuths = AzimuthsOfLights::between([cos_phi, sin_phi], &q.view);
-        let (global, local) = tables.at_lights(theta_j, q.view.theta, &azimuths, sigma_f);
+        let sigma_f = f32x8::simd_from(simd, q.sigma_f);
+        let (global, local) = tables.at_lights(&q.seen(simd), sigma_f);
         for value in global.into_iter().chain(local) {
             sum += value;
         }
@@ -165,14 +179,8 @@ fn look_up<S: Simd>(simd: S, tables: &MultipleTables, queries: &[Eight]) -> f32 
 fn look_up_direct<S: Simd>(simd: S, tables: &MultipleTables, queries: &[Eight]) -> f32 {
     let mut sum = f32x8::splat(simd, 0.0);
     for q in queries {
-        let [theta_j, cos_theta_j, cos_phi, lambda] =
-            [q.theta_j, q.cos_theta_j, q.cos_phi, q.lambda].map(|x| f32x8::simd_from(simd, x));
-        let sin_phi = f32x8::simd_from(simd, q.sin_phi);
-        let AzimuthsOfLights { cos_delta, .. } =
-            AzimuthsOfLights::between([cos_phi, sin_phi], &q.view);
-        let theta_o = q.view.theta;
-        let direct = tables.direct_at_lights(theta_j, cos_theta_j, theta_o, cos_delta, lambda);
-        for value in direct {
+        let lambda = f32x8::simd_from(simd, q.lambda);
+        for value in tables.direct_at_lights(&q.seen(simd), lambda) {
             sum += value;
         }
     }

@@ -13,7 +13,8 @@ use strandlight_scattering::closed_form::{
 use strandlight_scattering::fresnel::Fresnel;
 use strandlight_scattering::jobs::Job;
 use strandlight_scattering::multiple_tables::{
-    AzimuthsOfLights, N_PACKS, PaintedPlaces, PaintedTables, painted_forward_table,
+    AzimuthsOfLights, N_PACKS, PaintedPlaces, PaintedTables, SeenLights, packs_of,
+    painted_forward_table,
 };
 use strandlight_scattering::random::SplitMix64;
 use strandlight_scattering::wide::{LANES, Level, dispatch, f32x8, prelude::*, sample_forward};
@@ -68,15 +69,17 @@ fn squares(bundled: &Bundled, paints: &[PointPaint], seed: u64) -> [[f64; 2]; 3]
     let mut squares = [[0.0; 2]; 3];
     for (ix, paint) in paints.iter().enumerate() {
         let fibre = painted_fibre(&hair.fibre, paint);
-        let places = PaintedPlaces::of(&fibre, paint);
-        let mut missing = tables.missing(places.packs());
+        let needed = packs_of(&fibre, paint);
+        let mut missing = tables.missing(needed);
         while missing != 0 {
             let pack = missing.trailing_zeros() as usize;
             tables.fill(pack, &views, BOTH, |jobs| {
                 jobs.into_iter().for_each(Job::run);
             });
-            missing = tables.missing(places.packs());
+            missing = tables.missing(needed);
         }
+        let places = tables.places(&fibre, paint);
+        assert_eq!(places.packs(), needed);
         let shading = painted_shading(&views, &fibre);
         let averages = painted_averages(views.averages, &fibre, paint);
         let mut random = SplitMix64::of_item(seed, ix as u64);
@@ -93,16 +96,20 @@ fn squares(bundled: &Bundled, paints: &[PointPaint], seed: u64) -> [[f64; 2]; 3]
         });
         let theta_o = eight(-1.0, 1.0)[0].asin();
         let found: [[[f32; LANES]; 3]; 3] = dispatch!(Level::new(), simd => {
-            let theta = f32x8::simd_from(simd, thetas);
             let zero = f32x8::splat(simd, 0.0);
             let view = DirectionInFrame::from_angles(theta_o, 0.0);
             let cosines = f32x8::simd_from(simd, deltas.map(f32::cos));
-            let azimuths = AzimuthsOfLights::between([cosines, zero], &view);
+            let seen = SeenLights {
+                theta: f32x8::simd_from(simd, thetas),
+                cos_theta: f32x8::simd_from(simd, thetas.map(f32::cos)),
+                n: LANES,
+                azimuths: AzimuthsOfLights::between([cosines, zero], &view),
+                theta_o,
+            };
             let sigma = f32x8::simd_from(simd, sigmas);
-            let (global, local) = tables.at_lights(&places, theta, theta_o, &azimuths, sigma);
-            let inclined = (theta, f32x8::simd_from(simd, thetas.map(f32::cos)));
+            let (global, local) = tables.at_lights(&places, &seen, sigma);
             let lambda = f32x8::simd_from(simd, lambdas);
-            let direct = tables.direct_at_lights(&places, inclined, theta_o, cosines, lambda);
+            let direct = tables.direct_at_lights(&places, &seen, lambda);
             [global, local, direct].map(|rgb| rgb.map(Into::into))
         });
         for lane in 0..LANES {
@@ -168,6 +175,40 @@ fn single_colours_are_within_their_bounds() {
     }
 }
 
+/// Of any roughness, index and caustic that hair has.
+#[test]
+fn hair_of_any_widths_is_within_its_bounds() {
+    let degree = PI / 180.0;
+    let (mut sum, mut worst) = ([[0.0; 2]; 3], [0.0f64; 3]);
+    for ix in 0..40 {
+        let mut random = SplitMix64::of_item(3, ix);
+        let beta = random.uniform(4.0, 12.0) * degree * std::f64::consts::SQRT_2;
+        let hair = HairParams {
+            eta: random.uniform(1.4, 1.7),
+            width: PerLobe {
+                r: beta,
+                tt: 0.5 * beta,
+                trt: 2.0 * beta,
+            },
+            caustic_width: random.log_uniform(0.06, 0.3),
+            ..HairParams::default()
+        };
+        let paints: Vec<PointPaint> = (0..200)
+            .map(|_| dyed(any_absorption(&mut random), None))
+            .collect();
+        let found = squares(&painted(&hair, PaintKinds::default()), &paints, ix);
+        for (term, error) in percent(found).into_iter().enumerate() {
+            worst[term] = worst[term].max(error);
+            sum[term][0] += found[term][0];
+            sum[term][1] += found[term][1];
+        }
+    }
+    let errors = percent(sum);
+    println!("any widths: {TERMS:?} {errors:.3?} %, of the worst hair {worst:.3?} %");
+    assert!(errors.iter().all(|&error| error < 1.0), "{errors:?}");
+    assert!(worst.iter().all(|&error| error < 1.5), "{worst:?}");
+}
+
 #[test]
 fn hair_without_r_is_within_its_bounds() {
     // Dark hair scatters nothing forward then.
@@ -196,11 +237,10 @@ fn tables_of_other_absorption_are_told_apart() {
     let hair = optics.painted_hair();
     let views = optics.painted_views(&hair, bundled.tables.view());
     let paint = dyed([0.26, 0.42, 0.83], None);
-    let places = PaintedPlaces::of(&painted_fibre(&hair.fibre, &paint), &paint);
     let other = dyed([0.26, 0.42, 1.2], None);
-    let other = PaintedPlaces::of(&painted_fibre(&hair.fibre, &other), &other);
+    let [fibre, of_other] = [&paint, &other].map(|paint| painted_fibre(&hair.fibre, paint));
     let mut tables = PaintedTables::default();
-    let packs = places.packs() | other.packs();
+    let packs = packs_of(&fibre, &paint) | packs_of(&of_other, &other);
     for pack in (0..N_PACKS).filter(|pack| packs >> pack & 1 == 1) {
         tables.fill(pack, &views, BOTH, |jobs| {
             jobs.into_iter().for_each(Job::run);
@@ -208,13 +248,20 @@ fn tables_of_other_absorption_are_told_apart() {
     }
     assert_eq!(tables.terms(), BOTH);
     assert!(tables.bytes() > 0);
+    let places = tables.places(&fibre, &paint);
+    let other = tables.places(&of_other, &other);
     let at = |places: &PaintedPlaces| -> [[f32; LANES]; 3] {
         dispatch!(Level::new(), simd => {
             let number = |x: f32| f32x8::splat(simd, x);
             let view = DirectionInFrame::from_angles(-0.3, 0.0);
-            let azimuths = AzimuthsOfLights::between([number(0.1), number(0.0)], &view);
-            let (global, _) =
-                tables.at_lights(places, number(0.2), view.theta, &azimuths, number(0.4));
+            let seen = SeenLights {
+                theta: number(0.2),
+                cos_theta: number(0.2f32.cos()),
+                n: LANES,
+                azimuths: AzimuthsOfLights::between([number(0.1), number(0.0)], &view),
+                theta_o: view.theta,
+            };
+            let (global, _) = tables.at_lights(places, &seen, number(0.4));
             global.map(Into::into)
         })
     };

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use strandlight_scattering::closed_form::{
     PackedRecord, TERM_GLOBAL, TERM_LOCAL, WidthProfile, painted_fibre, unpack_paint,
 };
-use strandlight_scattering::multiple_tables::{MultipleTables, Packs, PaintedPlaces};
+use strandlight_scattering::multiple_tables::{MultipleTables, Packs, packs_of};
 use strandlight_scene::PreparedScene;
 use strandlight_scene::paint::PaintedPoint;
 use strandlight_scene::volume::Grid;
@@ -132,7 +132,7 @@ impl NeededTables {
                 if point.is_painted() && has_packs {
                     let paint = unpack_paint(&point.texel());
                     let fibre = painted_fibre(fibre, &paint);
-                    needed.packs |= PaintedPlaces::of(&fibre, &paint).packs();
+                    needed.packs |= packs_of(&fibre, &paint);
                 }
             }
             needed

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use strandlight_scattering::closed_form::{AxisDensities, TERM_GLOBAL, TERM_LOCAL, axis_densities};
-use strandlight_scattering::multiple_tables::AzimuthsOfLights;
+use strandlight_scattering::multiple_tables::{AzimuthsOfLights, SeenLights};
 use strandlight_scattering::wide::{
     Directions, LANES, Place, ShadowRecords, Simd, f32x8, forward_light, local_density, prelude::*,
     sample_forward,
@@ -10,7 +10,7 @@ use strandlight_scattering::wide::{
 
 use super::WideShader;
 use super::eight_lights::{EightLights, Multiple};
-use super::optics::{PointOptics, Seen};
+use super::optics::PointOptics;
 
 impl WideShader<'_> {
     /// What the hair around a point sends back along the axes, for [`local_density`].
@@ -69,8 +69,9 @@ impl WideShader<'_> {
         }
         let behind = (optics.layers(), &density);
         let forward = forward_light(&record, &averages, &rgb, lambda, behind);
-        let seen = Seen {
+        let seen = SeenLights {
             theta: at.theta,
+            n: lights.n,
             cos_theta: at.cos_theta,
             azimuths: AzimuthsOfLights::between([at.cos_phi, at.sin_phi], view),
             theta_o: view.theta,

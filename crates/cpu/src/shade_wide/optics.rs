@@ -6,7 +6,7 @@ use strandlight_scattering::closed_form::{
     painted_fibre, painted_layers, painted_shading, unpack_paint,
 };
 use strandlight_scattering::multiple_tables::{
-    AzimuthsOfLights, MultipleTables, PaintedPlaces, PaintedTables, painted_forward_table,
+    MultipleTables, PaintedPlaces, PaintedTables, SeenLights, painted_forward_table,
 };
 use strandlight_scattering::wide::{Simd, f32x8};
 use strandlight_scene::PreparedScene;
@@ -14,15 +14,6 @@ use strandlight_scene::paint::PaintedPoint;
 
 /// Multiple scattering of eight lights at a point, by channel.
 type Rgb<S> = [f32x8<S>; 3];
-
-/// Eight lights as seen in the frame of a point whose view has this inclination.
-#[derive(Clone, Copy)]
-pub(super) struct Seen<S: Simd> {
-    pub theta: f32x8<S>,
-    pub cos_theta: f32x8<S>,
-    pub azimuths: AzimuthsOfLights<S>,
-    pub theta_o: f32,
-}
 
 /// A fibre at a point.
 pub(super) trait PointOptics {
@@ -33,9 +24,9 @@ pub(super) trait PointOptics {
     /// Of the hair behind the point.
     fn layers(&self) -> &HairLayers;
     /// Global and local scattering of light of width `sigma_f`.
-    fn at_lights<S: Simd>(&self, seen: &Seen<S>, sigma_f: f32x8<S>) -> (Rgb<S>, Rgb<S>);
+    fn at_lights<S: Simd>(&self, seen: &SeenLights<S>, sigma_f: f32x8<S>) -> (Rgb<S>, Rgb<S>);
     /// Direct local scattering of lights of width `lambda`.
-    fn direct_at_lights<S: Simd>(&self, seen: &Seen<S>, lambda: f32x8<S>) -> Rgb<S>;
+    fn direct_at_lights<S: Simd>(&self, seen: &SeenLights<S>, lambda: f32x8<S>) -> Rgb<S>;
     /// Is it the scene's?
     fn is_plain(&self) -> bool;
 }
@@ -65,21 +56,13 @@ impl PointOptics for PlainOptics<'_> {
     }
 
     #[inline(always)]
-    fn at_lights<S: Simd>(&self, seen: &Seen<S>, sigma_f: f32x8<S>) -> (Rgb<S>, Rgb<S>) {
-        self.tables
-            .at_lights(seen.theta, seen.theta_o, &seen.azimuths, sigma_f)
+    fn at_lights<S: Simd>(&self, seen: &SeenLights<S>, sigma_f: f32x8<S>) -> (Rgb<S>, Rgb<S>) {
+        self.tables.at_lights(seen, sigma_f)
     }
 
     #[inline(always)]
-    fn direct_at_lights<S: Simd>(&self, seen: &Seen<S>, lambda: f32x8<S>) -> Rgb<S> {
-        let Seen {
-            theta,
-            cos_theta,
-            theta_o,
-            azimuths,
-        } = *seen;
-        self.tables
-            .direct_at_lights(theta, cos_theta, theta_o, azimuths.cos_delta, lambda)
+    fn direct_at_lights<S: Simd>(&self, seen: &SeenLights<S>, lambda: f32x8<S>) -> Rgb<S> {
+        self.tables.direct_at_lights(seen, lambda)
     }
 
     #[inline(always)]
@@ -153,7 +136,7 @@ impl<'a> Painted<'a> {
         let paint = unpack_paint(&paint.texel());
         let fibre = painted_fibre(&self.hair.fibre, &paint);
         Some(PaintedPointFibre {
-            places: PaintedPlaces::of(&fibre, &paint),
+            places: self.tables.places(&fibre, &paint),
             row: painted_averages(views.averages, &fibre, &paint).row,
             fibre,
         })
@@ -218,18 +201,13 @@ impl PointOptics for PaintedOptics<'_> {
     }
 
     #[inline(always)]
-    fn at_lights<S: Simd>(&self, seen: &Seen<S>, sigma_f: f32x8<S>) -> (Rgb<S>, Rgb<S>) {
-        let (theta_o, azimuths) = (seen.theta_o, &seen.azimuths);
-        self.tables
-            .at_lights(&self.places, seen.theta, theta_o, azimuths, sigma_f)
+    fn at_lights<S: Simd>(&self, seen: &SeenLights<S>, sigma_f: f32x8<S>) -> (Rgb<S>, Rgb<S>) {
+        self.tables.at_lights(&self.places, seen, sigma_f)
     }
 
     #[inline(always)]
-    fn direct_at_lights<S: Simd>(&self, seen: &Seen<S>, lambda: f32x8<S>) -> Rgb<S> {
-        let inclined = (seen.theta, seen.cos_theta);
-        let (theta_o, cos_delta) = (seen.theta_o, seen.azimuths.cos_delta);
-        self.tables
-            .direct_at_lights(&self.places, inclined, theta_o, cos_delta, lambda)
+    fn direct_at_lights<S: Simd>(&self, seen: &SeenLights<S>, lambda: f32x8<S>) -> Rgb<S> {
+        self.tables.direct_at_lights(&self.places, seen, lambda)
     }
 
     #[inline(always)]

@@ -232,8 +232,8 @@ mod tests {
     use crate::dual_scattering::AverageTable;
     use crate::fresnel::Fresnel;
     use crate::jobs::in_turn;
-    use crate::multiple_tables::Plan;
     use crate::multiple_tables::fill::each_row;
+    use crate::multiple_tables::{NODES, Plan};
     use crate::random::SplitMix64;
     use crate::wide::fixture::{Fixture, params};
     use crate::wide::levels;
@@ -326,7 +326,7 @@ mod tests {
             let of_fibre = fixture.hair_of(&hair);
             let shading = of_fibre.shading(&fixture);
             let terms = [TERM_GLOBAL | TERM_LOCAL, TERM_GLOBAL, TERM_LOCAL][ix as usize % 3];
-            let plan = Plan::new(&shading, &averages, terms, in_turn);
+            let plan = Plan::new(&NODES, (&shading, &averages[..], terms), in_turn);
             let has_local = terms & TERM_LOCAL != 0;
             let source = Source {
                 fibre: shading.fibre,

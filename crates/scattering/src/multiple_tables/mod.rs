@@ -53,20 +53,28 @@ use elliptic::EllipticFunctions;
 use fill::{DirectRow, Source};
 use lag::LagFunctions;
 pub use painted::{
-    LayerPlace, N_PACKS, Packs, PaintedPlaces, PaintedTables, painted_forward_table,
+    N_PACKS, PackPlace, Packs, PaintedPlaces, PaintedTables, packs_of, painted_forward_table,
 };
 pub(crate) use source::LAYOUTS;
 pub use source::{MultipleAxes, MultipleLayout, MultipleSource};
-pub use wide::AzimuthsOfLights;
+pub use wide::{AzimuthsOfLights, SeenLights};
 
-/// Nodes over the width of forward-scattered light.
-const N_WIDTHS: usize = 14;
+/// How many nodes tables have.
+struct Nodes {
+    /// Over the width of forward-scattered light.
+    widths: usize,
+    /// Over the width of light that comes straight, which is any.
+    direct_widths: usize,
+    /// Least and most over sum and difference of the inclinations each.
+    inclined: [f32; 2],
+}
 
-/// Nodes over the width of light that comes straight, which is any.
-const N_DIRECT_WIDTHS: usize = 16;
-
-/// Least and most nodes over sum and difference of the inclinations each.
-const N_INCLINED: [f32; 2] = [41.0, 65.0];
+/// Of tables of one fibre.
+const NODES: Nodes = Nodes {
+    widths: 14,
+    direct_widths: 16,
+    inclined: [41.0, 65.0],
+};
 
 /// Width of a ridge for which the least do; for others their number goes with the root of the width.
 const RIDGE: f32 = 0.17;
@@ -128,7 +136,18 @@ impl MultipleTables {
         terms: u32,
         run: impl Fn(Vec<Job>),
     ) -> MultipleTables {
-        let mut filling = Filling::new(shading, averages, terms, &run);
+        let of = (shading, averages, terms);
+        MultipleTables::with_nodes(&NODES, of, run)
+    }
+
+    /// The same at these nodes.
+    fn with_nodes(
+        nodes: &Nodes,
+        (shading, averages, terms): (&Shading<impl SampleLobes + Sync>, &[AverageTexel], u32),
+        run: impl Fn(Vec<Job>),
+    ) -> MultipleTables {
+        let plan = Plan::new(nodes, (shading, averages, terms), &run);
+        let mut filling = Filling::of(plan);
         filling.fill(shading.fibre, averages, usize::MAX, run);
         filling.finish()
     }
@@ -228,7 +247,10 @@ impl Filling {
         terms: u32,
         run: impl FnOnce(Vec<Job>),
     ) -> Filling {
-        let plan = Plan::new(shading, averages, terms, run);
+        Filling::of(Plan::new(&NODES, (shading, averages, terms), run))
+    }
+
+    fn of(plan: Plan) -> Filling {
         let n_rows = |axes: &Axes, is_needed: bool| if is_needed { axes.n_rows() } else { 0 };
         let has_local = plan.terms & TERM_LOCAL != 0;
         let rows = |is_needed| vec![Row::default(); n_rows(&plan.axes, is_needed)];
@@ -305,9 +327,8 @@ struct Plan {
 
 impl Plan {
     fn new(
-        shading: &Shading<impl SampleLobes + Sync>,
-        averages: &[AverageTexel],
-        terms: u32,
+        nodes: &Nodes,
+        (shading, averages, terms): (&Shading<impl SampleLobes + Sync>, &[AverageTexel], u32),
         run: impl FnOnce(Vec<Job>),
     ) -> Plan {
         let fibre = shading.fibre;
@@ -321,13 +342,13 @@ impl Plan {
             true => narrowest.fold(f32::INFINITY, f32::min),
             false => least.sigma_b,
         };
-        let n = inclined_nodes(ridge);
+        let n = inclined_nodes(nodes.inclined, ridge);
         let of = |has: bool, term| if has { term } else { 0 };
         Plan {
             terms: of(has_global, TERM_GLOBAL) | of(has_local, TERM_LOCAL),
-            axes: Axes::new([N_WIDTHS, n, n], [least.beta_f, WIDTHS[1]], 0.0, ridge),
+            axes: Axes::new([nodes.widths, n, n], [least.beta_f, WIDTHS[1]], 0.0, ridge),
             direct_axes: Axes::new(
-                [N_DIRECT_WIDTHS, n, n],
+                [nodes.direct_widths, n, n],
                 WIDTHS,
                 DIRECT_MIDDLE,
                 least.sigma_b,
@@ -344,9 +365,8 @@ impl Plan {
     }
 }
 
-/// Nodes along either inclined axis for a ridge of this width.
-fn inclined_nodes(ridge: f32) -> usize {
-    let [least, most] = N_INCLINED;
+/// Nodes along either inclined axis for a ridge of this width, of the least and most of them.
+fn inclined_nodes([least, most]: [f32; 2], ridge: f32) -> usize {
     let nodes = (least * (RIDGE / ridge).sqrt()).clamp(least, most);
     // Odd, so that one stands where the sum is 0.
     2 * (0.5 * nodes) as usize + 1

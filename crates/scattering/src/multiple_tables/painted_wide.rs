@@ -3,20 +3,14 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f32x8};
 
-use super::painted::{LayerPlace, PaintedPlaces, PaintedTables};
-use super::wide::AzimuthsOfLights;
-use crate::wide::math::mul_add;
+use super::painted::{PackPlace, PaintedPlaces, PaintedTables};
+use super::wide::{Cells, SeenLights};
 
-/// Of the layers of a pack, what a channel that stands there has.
+/// Of the absorptions of a pack, what a channel that stands there has.
 #[inline(always)]
-fn between<S: Simd>(layers: &[f32x8<S>; 3], place: &LayerPlace) -> f32x8<S> {
-    // Places are 0 or 1.
-    let (low, high) = match place.lower {
-        0 => (layers[0], layers[1]),
-        _ => (layers[1], layers[2]),
-    };
-    let fraction = f32x8::splat(low.token(), place.fraction);
-    mul_add(high - low, fraction, low)
+fn between<S: Simd>([a, b, c]: &[f32x8<S>; 3], place: &PackPlace) -> f32x8<S> {
+    let [of_a, of_b, of_c] = place.weights;
+    (*a * of_a + *b * of_b + *c * of_c).max(0.0)
 }
 
 impl PaintedTables {
@@ -26,14 +20,14 @@ impl PaintedTables {
     pub fn at_lights<S: Simd>(
         &self,
         at: &PaintedPlaces,
-        theta_j: f32x8<S>,
-        theta_o: f32,
-        azimuths: &AzimuthsOfLights<S>,
+        seen: &SeenLights<S>,
         sigma_f: f32x8<S>,
     ) -> ([f32x8<S>; 3], [f32x8<S>; 3]) {
-        let zero = f32x8::splat(theta_j.token(), 0.0);
+        let zero = f32x8::splat(sigma_f.token(), 0.0);
         let (mut global, mut local) = ([zero; 3], [zero; 3]);
         let mut packs = at.packs();
+        // Packs mostly have the same axes.
+        let mut last = None;
         while packs != 0 {
             let pack = packs.trailing_zeros() as usize;
             packs &= packs - 1;
@@ -41,14 +35,19 @@ impl PaintedTables {
                 debug_assert!(false, "pack {pack} is not there");
                 continue;
             };
-            let of_layers = tables.at_lights(theta_j, theta_o, azimuths, sigma_f);
+            let cells = match last {
+                Some((axes, cells)) if axes == tables.axes => cells,
+                _ => Cells::new(&tables.axes, seen, sigma_f),
+            };
+            last = Some((tables.axes, cells));
+            let of_pack = tables.in_cells(&cells, &seen.azimuths);
             for channel in 0..3 {
                 let (own, around) = (&at.own[channel], &at.around[channel]);
                 if own.pack == pack {
-                    global[channel] = between(&of_layers.0, own);
+                    global[channel] = between(&of_pack.0, own);
                 }
                 if around.pack == pack {
-                    local[channel] = between(&of_layers.1, around);
+                    local[channel] = between(&of_pack.1, around);
                 }
             }
         }
@@ -60,12 +59,10 @@ impl PaintedTables {
     pub fn direct_at_lights<S: Simd>(
         &self,
         at: &PaintedPlaces,
-        (theta_j, cos_theta_j): (f32x8<S>, f32x8<S>),
-        theta_o: f32,
-        cos_delta: f32x8<S>,
+        seen: &SeenLights<S>,
         lambda: f32x8<S>,
     ) -> [f32x8<S>; 3] {
-        let mut direct = [f32x8::splat(theta_j.token(), 0.0); 3];
+        let mut direct = [f32x8::splat(lambda.token(), 0.0); 3];
         let mut done = 0;
         for place in &at.around {
             if done & 1 << place.pack != 0 {
@@ -76,11 +73,10 @@ impl PaintedTables {
                 debug_assert!(false, "pack {} is not there", place.pack);
                 continue;
             };
-            let of_layers =
-                tables.direct_at_lights(theta_j, cos_theta_j, theta_o, cos_delta, lambda);
+            let of_pack = tables.direct_at_lights(seen, lambda);
             for (direct, around) in direct.iter_mut().zip(&at.around) {
                 if around.pack == place.pack {
-                    *direct = between(&of_layers, around);
+                    *direct = between(&of_pack, around);
                 }
             }
         }

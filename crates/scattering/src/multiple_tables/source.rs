@@ -13,7 +13,7 @@ use super::axes::{Axes, LEAST_DIFFERENCE, POLE, SUM_MIDDLE};
 use super::azimuth::{GRAZING, LAST_NODE, Profiles, Row};
 use super::elliptic;
 use super::lag::{LagFunctions, N_FUNCTIONS};
-use super::{MultipleTables, Plan};
+use super::{MultipleTables, NODES, Plan};
 use crate::jobs::Job;
 
 /// Texels of a row, or of half a row of an elliptic fibre.
@@ -104,7 +104,7 @@ impl MultipleSource {
         terms: u32,
         run: impl FnOnce(Vec<Job>),
     ) -> MultipleSource {
-        let plan = Plan::new(shading, averages, terms, run);
+        let plan = Plan::new(&NODES, (shading, averages, terms), run);
         let profiles = plan.profiles.as_ref().map(Profiles::rows);
         let profiles = profiles.unwrap_or_else(|| vec![Row::default()]);
         let numbers = profiles.as_flattened().iter();

@@ -47,6 +47,21 @@ impl<S: Simd> AzimuthsOfLights<S> {
     }
 }
 
+/// Up to eight lights in the frame of a point, and the view there.
+#[derive(Clone, Copy, Debug)]
+pub struct SeenLights<S: Simd> {
+    /// Inclinations of the lights, radians.
+    pub theta: f32x8<S>,
+    /// Their cosines.
+    pub cos_theta: f32x8<S>,
+    /// How many of the eight there are; what is found of the others is of no use.
+    pub n: usize,
+    /// Azimuths.
+    pub azimuths: AzimuthsOfLights<S>,
+    /// Inclination of the view.
+    pub theta_o: f32,
+}
+
 /// Cells of eight lights.
 struct Places<S: Simd> {
     row: [i32; LANES],
@@ -149,27 +164,25 @@ impl EllipticFunctions {
     }
 }
 
-/// Weights of the eight corners of the cells of eight lights.
-type Weights = [[f32; LANES]; 8];
+/// Where lights stand in tables of global and local scattering: tables that have the same axes share it.
+#[derive(Clone, Copy)]
+pub(super) struct Cells<S: Simd> {
+    /// Rows at the lowest corners.
+    row: [i32; LANES],
+    /// Of the eight corners.
+    weights: [[f32; LANES]; 8],
+    /// How far half circles about light and view overlap.
+    overlap: f32x8<S>,
+    /// How many of the eight lights there are.
+    n: usize,
+}
 
-impl MultipleTables {
-    /// [`MultipleTables::at`] of eight lights.
+impl<S: Simd> Cells<S> {
+    /// In tables with these `axes`.
     #[inline(always)]
-    pub fn at_lights<S: Simd>(
-        &self,
-        theta_j: f32x8<S>,
-        theta_o: f32,
-        azimuths: &AzimuthsOfLights<S>,
-        sigma_f: f32x8<S>,
-    ) -> ([f32x8<S>; 3], [f32x8<S>; 3]) {
-        let simd = theta_j.token();
-        let zero = f32x8::splat(simd, 0.0);
-        let [rows, further] = &self.rows;
-        if rows.is_empty() {
-            return ([zero; 3], [zero; 3]);
-        }
-        let places = self.axes.places(sigma_f, theta_j, theta_o);
-        let [w, p, q] = places.fraction;
+    pub fn new(axes: &Axes, seen: &SeenLights<S>, sigma_f: f32x8<S>) -> Cells<S> {
+        let Places { row, fraction } = axes.places(sigma_f, seen.theta, seen.theta_o);
+        let [w, p, q] = fraction;
         let of_corners = {
             let (w_q, p_q) = (w * q, p * q);
             let (upper, lower) = (w * p, p - w * p);
@@ -192,7 +205,41 @@ impl MultipleTables {
         for (weights, of_corner) in weights.iter_mut().zip(of_corners) {
             of_corner.store_array(weights);
         }
-        let [low, high] = self.columns(rows, &places, &weights);
+        Cells {
+            row,
+            weights,
+            overlap: -arc_cosine(seen.azimuths.cos_delta) + PI,
+            n: seen.n.min(LANES),
+        }
+    }
+}
+
+impl MultipleTables {
+    /// [`MultipleTables::at`] of eight lights.
+    #[inline(always)]
+    pub fn at_lights<S: Simd>(
+        &self,
+        seen: &SeenLights<S>,
+        sigma_f: f32x8<S>,
+    ) -> ([f32x8<S>; 3], [f32x8<S>; 3]) {
+        let cells = Cells::new(&self.axes, seen, sigma_f);
+        self.in_cells(&cells, &seen.azimuths)
+    }
+
+    /// The same where they stand in cells of these axes.
+    #[inline(always)]
+    pub(super) fn in_cells<S: Simd>(
+        &self,
+        cells: &Cells<S>,
+        azimuths: &AzimuthsOfLights<S>,
+    ) -> ([f32x8<S>; 3], [f32x8<S>; 3]) {
+        let simd = azimuths.cos_delta.token();
+        let zero = f32x8::splat(simd, 0.0);
+        let [rows, further] = &self.rows;
+        if rows.is_empty() {
+            return ([zero; 3], [zero; 3]);
+        }
+        let [low, high] = self.columns(rows, cells);
         let mut global = [zero; 3];
         match &self.elliptic {
             None => {
@@ -206,7 +253,7 @@ impl MultipleTables {
             }
             Some(functions) => {
                 let functions = functions.at_lights(azimuths);
-                let [low_2, high_2] = self.columns(further, &places, &weights);
+                let [low_2, high_2] = self.columns(further, cells);
                 for (channel, global) in global.iter_mut().enumerate() {
                     let mut sum = low[channel];
                     sum = mul_add(functions[1], low[4 + channel], sum);
@@ -222,28 +269,22 @@ impl MultipleTables {
         for global in &mut global {
             *global = global.max(0.0);
         }
-        let overlap = -arc_cosine(azimuths.cos_delta) + PI;
         let mut local = [low[3], low[7], high[3]];
         for local in &mut local {
-            *local = overlap * local.max(0.0);
+            *local = cells.overlap * local.max(0.0);
         }
         (global, local)
     }
 
-    /// The numbers of `rows` at eight places, the first eight and the others.
+    /// The numbers of `rows` in the cells, the first eight and the others.
     #[inline(always)]
-    fn columns<S: Simd>(
-        &self,
-        rows: &[Row],
-        places: &Places<S>,
-        weights: &Weights,
-    ) -> [[f32x8<S>; LANES]; 2] {
-        let simd = places.fraction[0].token();
+    fn columns<S: Simd>(&self, rows: &[Row], cells: &Cells<S>) -> [[f32x8<S>; LANES]; 2] {
+        let simd = cells.overlap.token();
         let zero = f32x8::splat(simd, 0.0);
         let (layer, line) = (self.axes.layer(), self.axes.count[2]);
         let (mut low, mut high) = ([zero; LANES], [zero; LANES]);
-        for lane in 0..LANES {
-            let first = places.row[lane] as usize;
+        for lane in 0..cells.n {
+            let first = cells.row[lane] as usize;
             let rows = &rows[first..first + layer + line + 2];
             let corners = [
                 0,
@@ -255,7 +296,7 @@ impl MultipleTables {
                 layer + line,
                 layer + line + 1,
             ];
-            for (at, weights) in corners.into_iter().zip(weights) {
+            for (at, weights) in corners.into_iter().zip(&cells.weights) {
                 let weight = f32x8::splat(simd, weights[lane]);
                 let [below, above] = rows[at].as_chunks().0 else {
                     continue;
@@ -271,19 +312,16 @@ impl MultipleTables {
     #[inline(always)]
     pub fn direct_at_lights<S: Simd>(
         &self,
-        theta_j: f32x8<S>,
-        cos_theta_j: f32x8<S>,
-        theta_o: f32,
-        cos_delta: f32x8<S>,
+        seen: &SeenLights<S>,
         lambda: f32x8<S>,
     ) -> [f32x8<S>; 3] {
-        let simd = theta_j.token();
+        let simd = lambda.token();
         let zero = f32x8::splat(simd, 0.0);
         if self.direct.is_empty() {
             return [zero; 3];
         }
         let (layer, line) = (self.direct_axes.layer(), self.direct_axes.count[2]);
-        let places = self.direct_axes.places(lambda, theta_j, theta_o);
+        let places = (self.direct_axes).places(lambda, seen.theta, seen.theta_o);
         let [w, p, q] = places.fraction;
         let upper = w * p;
         let (lower, front) = (p - upper, w - upper);
@@ -294,7 +332,7 @@ impl MultipleTables {
         }
         // Two neighbouring rows are one vector.
         let mut pairs = [zero; LANES];
-        for (lane, pair) in pairs.iter_mut().enumerate() {
+        for (lane, pair) in pairs.iter_mut().enumerate().take(seen.n) {
             let first = places.row[lane] as usize;
             let rows = self.direct[first..first + layer + line + 2].as_flattened();
             for (corner, at) in [0, line, layer, layer + line].into_iter().enumerate() {
@@ -311,8 +349,8 @@ impl MultipleTables {
             *between = mul_add(q, columns[k + 4] - columns[k], columns[k]).max(0.0);
         }
         let [r, g, b, cosine] = between;
-        let kappa = cos_theta_j * cosine * 2.0 / (lambda * lambda);
-        let share = half_circle(kappa, cos_delta);
+        let kappa = seen.cos_theta * cosine * 2.0 / (lambda * lambda);
+        let share = half_circle(kappa, seen.azimuths.cos_delta);
         [share * r, share * g, share * b]
     }
 }
@@ -366,9 +404,15 @@ mod tests {
             let found: [[[f32; LANES]; 3]; 3] = dispatch!(level, simd => {
                 let [t, ct, w, c, s] = [theta_j, cos_j, width, cos_phi, sin_phi]
                     .map(|x| f32x8::simd_from(simd, x));
-                let azimuths = AzimuthsOfLights::between([c, s], &view);
-                let (global, local) = tables.at_lights(t, theta_o, &azimuths, w);
-                let direct = tables.direct_at_lights(t, ct, theta_o, azimuths.cos_delta, w);
+                let seen = SeenLights {
+                    theta: t,
+                    cos_theta: ct,
+                    n: LANES,
+                    azimuths: AzimuthsOfLights::between([c, s], &view),
+                    theta_o,
+                };
+                let (global, local) = tables.at_lights(&seen, w);
+                let direct = tables.direct_at_lights(&seen, w);
                 [global, local, direct].map(|rgb| rgb.map(Into::into))
             });
             for lane in 0..LANES {
