@@ -21,6 +21,7 @@ use strandlight_scene::progress::timed;
 use strandlight_scene::stats::{self, Observer};
 use strandlight_scene::{Picture, PreparedScene, Stats};
 
+use super::composite::before_composite;
 use super::radiance::RadianceBefore;
 use super::stats_name::stats_name;
 use super::unblocked::Unblocked;
@@ -238,11 +239,11 @@ impl Frame {
         observer: Observer,
     ) -> (Picture, Stats) {
         let picturing = self.picturing(scene, camera, size, false);
+        let of_steps = before_composite(observer);
         while self.step(&picturing) {
-            observer(self.share_done());
+            of_steps(self.share_done());
         }
-        let (rgba, seconds) = timed(|| self.composite(&picturing));
-        observer(1.0);
+        let (rgba, seconds) = timed(|| self.composite(&picturing, observer));
         let bytes = size_of_val(&rgba[..]) as u64;
         self.ran("composite", seconds, bytes);
         let [width, height] = size;
@@ -321,12 +322,13 @@ impl Frame {
         size: [u32; 2],
     ) -> Option<Vec<[f32; 4]>> {
         self.can_show(size).then(|| {
-            self.composite(&Picturing {
+            let picturing = Picturing {
                 scene,
                 view: view_uniform(camera, &scene.strands, size, scene.radiance_scale()),
                 beside: scene.beside(),
                 has_drafts: true,
-            })
+            };
+            self.composite(&picturing, &|_| ())
         })
     }
 

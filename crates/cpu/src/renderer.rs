@@ -170,7 +170,7 @@ impl CpuRenderer {
         let scene = &self.edited.scene;
         let view = view_uniform(&scene.camera, &scene.strands, size, scene.radiance_scale());
         let mut rgba = last.seen_from(&view);
-        composite(scene, &view, 1, &mut rgba);
+        composite(scene, &view, 1, &mut rgba, &|_| ());
         let [width, height] = size;
         Some(Picture {
             width,

@@ -15,7 +15,7 @@ use strandlight_scene::{Picture, PreparedScene, RenderError, Stats};
 
 use super::axis_shares::AxisShares;
 use super::bounce::BounceRays;
-use super::composite::composite;
+use super::composite::{before_composite, composite};
 use super::project::project;
 use super::proxies::Proxies;
 use super::radiance::Radiance;
@@ -79,6 +79,7 @@ pub(super) fn render_observed(
     })?;
     let view = view_uniform(camera, strands, size, scene.radiance_scale());
     let mut proxies = Proxies::new(scene);
+    let of_light: Observer = &before_composite(observer);
     let radiance = light(
         scene,
         (&grid, &volume, axis_shares.as_ref()),
@@ -86,7 +87,7 @@ pub(super) fn render_observed(
         (shadows, true),
         &mut proxies,
         &mut stats,
-        observer,
+        of_light,
     )?;
     proxies.look(&view);
     let mut picture = stats.stage("draw", |stats| {
@@ -95,13 +96,13 @@ pub(super) fn render_observed(
         let ribbons = ribbons(&view, strands, &projected, scene.is_close_up(&view));
         let lit = (&radiance, even);
         let of_view = (&view, &**strands, &projected[..], &ribbons[..]);
-        let drawn = draw(of_view, lit, &proxies, samples, observer);
+        let drawn = draw(of_view, lit, &proxies, samples, of_light);
         stats.pixels_visited = drawn.visited;
         let bytes = 24 * projected.len() as u64 + 16 * drawn.sums.len() as u64;
         Ok::<_, RenderError>((drawn.sums, bytes))
     })?;
     stats.stage("composite", |_| {
-        composite(scene, &view, samples, &mut picture);
+        composite(scene, &view, samples, &mut picture, observer);
         Ok::<_, RenderError>(((), 16 * picture.len() as u64))
     })?;
     let picture = Picture {

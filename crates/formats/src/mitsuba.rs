@@ -78,7 +78,12 @@ impl GroomFormat for MitsubaFormat {
                 _ => return Sniff::No,
             }
         }
-        match n_points > 1 && n_points > n_others {
+        // Of two lines one may be wrong if they say what they are.
+        let is_one = match is_stated {
+            true => n_points + n_others > 1 && n_points >= n_others,
+            false => n_points > 1 && n_points > n_others,
+        };
+        match is_one {
             true => Sniff::Likely,
             false => Sniff::No,
         }

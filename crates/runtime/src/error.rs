@@ -78,6 +78,9 @@ impl From<SetError> for SessionError {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ScriptError {
+    /// Not UTF-8.
+    #[error("not a script: it is not text")]
+    NotText,
     /// Not a list in JSON.
     #[error("not a list of steps: {}", in_plain_words(.0))]
     Json(#[from] serde_json::Error),
@@ -249,6 +252,8 @@ mod tests {
 
     #[test]
     fn a_script_says_which_step_failed_and_why() {
+        let not_text = Script::from_bytes(b"[\xff]").expect_err("no text");
+        assert_eq!(not_text.to_string(), "not a script: it is not text");
         let script = |text| Script::from_json(text).expect_err(text);
         let error = script(r#"[{"undo": 1}, {"frame": "a", "size": [0, 4]}]"#);
         assert!(

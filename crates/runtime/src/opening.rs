@@ -144,7 +144,10 @@ pub fn import_hair(path: &Path) -> Result<Imported, Error> {
     let plain = ImportOptions::default();
     let first = match file.import(&plain) {
         // In the usual unit it may be too large for a groom.
-        Err(Error::Value { .. }) => file.import(&plain.clone().with_unit(0.01)),
+        Err(error @ Error::Value { .. }) => {
+            let small = plain.clone().with_unit(0.01);
+            file.import(&small).map_err(|_| error)
+        }
         answer => answer,
     }?;
     let guesses = first.groom.guess_source();

@@ -182,6 +182,15 @@ fn stroke(value: Value) -> Result<BrushStroke, StepError> {
 }
 
 impl Script {
+    /// Parses and checks the bytes of a script's file.
+    ///
+    /// # Errors
+    /// As [`Script::from_json`]; bytes that are not UTF-8.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Script, ScriptError> {
+        let text = std::str::from_utf8(bytes).map_err(|_| ScriptError::NotText)?;
+        Script::from_json(text)
+    }
+
     /// Parses and checks a script.
     ///
     /// # Errors

@@ -145,7 +145,7 @@ fn programs_get_what_they_expect() {
     for (to, name, unit, up) in [
         ("unreal", "alembic", 1.0, "y"),
         ("blender", "usd", 100.0, "z"),
-        ("unity", "alembic", 100.0, "y"),
+        ("unity", "alembic", 1.0, "y"),
         ("usd", "usd", 1.0, "y"),
         ("mitsuba", "mitsuba", 1.0, "y"),
         ("pbrt", "pbrt", 1.0, "y"),

@@ -6,8 +6,8 @@ use clap::ValueEnum;
 use serde_json::{Value, json};
 use strandlight_formats::counted;
 use strandlight_reference::compare::{
-    Comparison, FlipMap, Layer, PIXELS_PER_DEGREE, Region, compare, flip_png, heat_scale,
-    signed_png,
+    CompareError, Comparison, FlipMap, Layer, PIXELS_PER_DEGREE, Region, compare, flip_png,
+    heat_scale, signed_png,
 };
 use strandlight_scene::tone::{aces2, agx, filmic};
 
@@ -109,7 +109,18 @@ pub fn run(args: &Args) -> Outcome {
     let b = Layer::read(&args.b, layer_b).map_err(Failure::input)?;
     let side = args.block as usize;
     let (small_a, small_b) = (a.boxed(side), b.boxed(side));
-    let comparison = compare(&small_a, &small_b).map_err(Failure::input)?;
+    let comparison = compare(&small_a, &small_b).map_err(|error| match error {
+        CompareError::Sizes { .. } => Failure::Input(format!(
+            "{} has {}x{} pixels and {} {}x{}: only pictures of one size can be compared",
+            args.a.display(),
+            a.width,
+            a.height,
+            args.b.display(),
+            b.width,
+            b.height
+        )),
+        error => Failure::input(error),
+    })?;
     if a.is_display {
         let flags = [
             ("--exposure", args.exposure != 0.0),

@@ -233,7 +233,12 @@ fn usd_rig(args: &Args) -> Result<Output, Failure> {
         ""
     };
     let bytes = rig::to_usda(&set, residual.as_deref(), target).into_bytes();
-    Ok(one(output, format!("USD, {n} distant lights{dome}"), bytes))
+    let lights = if n == 1 { "light" } else { "lights" };
+    Ok(one(
+        output,
+        format!("USD, {n} distant {lights}{dome}"),
+        bytes,
+    ))
 }
 
 /// How a layer names a file: from its own folder if the file is there.

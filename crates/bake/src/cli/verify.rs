@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use strandlight_bake::tables::{Check, verify_tables};
 use strandlight_formats::{
     BakedFile, Error, FileKind, Groom, Kind, LightSet, Mesh, Panorama, SNIFF_BYTES, TableFile,
-    counted, read_start,
+    counted, read_start, system_in_plain_words,
 };
 use strandlight_images::Map;
 
@@ -74,7 +74,7 @@ impl From<Error> for Refused {
         };
         Refused {
             kind,
-            message: error.to_string(),
+            message: system_in_plain_words(&error.to_string()),
         }
     }
 }
@@ -148,7 +148,7 @@ pub fn run(args: &Args) -> Outcome {
                 kind: None,
                 found: Err(Refused {
                     kind: "unreadable",
-                    message: error.to_string(),
+                    message: system_in_plain_words(&error.to_string()),
                 }),
             });
             None

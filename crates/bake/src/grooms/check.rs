@@ -85,18 +85,22 @@ pub const FINDINGS: [(&str, &str); 18] = [
 
 /// What a reader refused, where that is the file's fault; `None` where it is no such file.
 pub fn finding_of_error(error: &Error) -> Option<Finding> {
-    let (code, advice) = match error {
-        Error::Value { .. } => (
-            "bad-value",
-            "find the strand in the program that wrote the file, and export again",
-        ),
-        Error::Invalid { .. } | Error::Syntax { .. } => (
-            "damaged",
-            "write or copy the file again; another program may have cut it short",
-        ),
+    let code = match error {
+        Error::Value { .. } => "bad-value",
+        Error::Invalid { .. } | Error::Syntax { .. } => "damaged",
         _ => return None,
     };
     let message = without_file(error);
+    let advice = if message.contains("strand ") {
+        "find the strand in the program that wrote the file, and export again"
+    } else if ["truncated", "the file has "]
+        .iter()
+        .any(|short| message.contains(short))
+    {
+        "write or copy the file again; another program may have cut it short"
+    } else {
+        "export it again from the program that wrote it"
+    };
     let after = message.split("strand ").nth(1).unwrap_or_default();
     let digits = after.split(|c: char| !c.is_ascii_digit()).next();
     Some(Finding {

@@ -38,13 +38,14 @@ pub static PRESETS: [Preset; 6] = [
         up: UpAxis::Z,
         expects: "USD, metres, Z up, widths as diameters",
     },
-    // Unity's hair package reads Alembic, its USD importer BasisCurves; scenes are in metres.
+    // Unity's hair package reads Alembic, whose importer takes numbers for cm (its scale factor is 0.01
+    // unless it is changed); its USD importer reads BasisCurves, and the unit that the file states.
     Preset {
         name: "unity",
         formats: &["alembic", "usd"],
-        cm_per_unit: 100.0,
+        cm_per_unit: 1.0,
         up: UpAxis::Y,
-        expects: "Alembic or USD, metres, Y up, widths as diameters",
+        expects: "Alembic or USD, cm, Y up, widths as diameters",
     },
     // What metersPerUnit and upAxis mean where they are not written.
     Preset {

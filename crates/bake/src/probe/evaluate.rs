@@ -380,8 +380,12 @@ impl Evaluator {
                 fresnel,
                 ..
             } => {
-                if fresnel.is_some_and(|fresnel| fresnel != self.fresnel) {
-                    return Err(format!("the tables hold fresnel {}", self.fresnel.name()));
+                if let Some(fresnel) = fresnel.filter(|fresnel| *fresnel != self.fresnel) {
+                    return Err(format!(
+                        "fresnel is {}, must be {}, as the tables are: bake others and give --tables",
+                        fresnel.name(),
+                        self.fresnel.name()
+                    ));
                 }
                 if self.is_lean {
                     return Err("the tables are lean and hold no H".to_owned());

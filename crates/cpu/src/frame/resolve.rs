@@ -4,6 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 use strandlight_scene::PreparedScene;
 use strandlight_scene::camera::view_uniform;
+use strandlight_scene::stats::Observer;
 
 use super::super::along_segments::along_segment;
 use super::super::composite::composite;
@@ -17,11 +18,11 @@ use super::state::Frame;
 
 impl Frame {
     /// Linear radiance and coverage, row by row, as far as they are found.
-    pub(super) fn composite(&self, picturing: &Picturing) -> Vec<[f32; 4]> {
+    pub(super) fn composite(&self, picturing: &Picturing, observer: Observer) -> Vec<[f32; 4]> {
         let [width, height] = self.size;
         let mut rgba = vec![[0.0; 4]; (width * height) as usize];
         self.resolve(&mut rgba);
-        composite(picturing.scene, &picturing.view, 1, &mut rgba);
+        composite(picturing.scene, &picturing.view, 1, &mut rgba, observer);
         rgba
     }
 

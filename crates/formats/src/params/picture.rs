@@ -223,7 +223,7 @@ pub const RENDER: Section<RenderSection> = Section {
         .logarithmic()
         .help(
             "Samples per pixel where pictures are drawn with samples: by `strandview` \
-                 without a window on a GPU, and where a GPU has no room for a visibility list. More give smoother strands and take longer.",
+                 without a window on a GPU, in pictures of more than 33 million pixels, and where a GPU has no room for a visibility list. More give smoother strands and take longer.",
         ),
         Param::numbers(
             "shadow_maps",

@@ -128,5 +128,6 @@ fn a_stated_shape_is_known_by_a_damaged_start() {
         let unstated = text.replace(" # linearcurve", "");
         assert_eq!(is_known(&unstated), is_known_unstated, "{unstated}");
     }
+    assert!(is_known("# linearcurve\n0 0 0 0.1\n1 nan 1 0.1\n"));
     assert!(!is_known("import curves # linearcurve\n1 2 3 4\nx = 3\n"));
 }

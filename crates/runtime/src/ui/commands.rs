@@ -417,11 +417,12 @@ impl Workspace {
     }
 
     pub(super) fn fail(&mut self, message: &str) {
-        if self.state.error.as_deref() != Some(message) {
-            self.log.write("error", json!({ "message": message }));
+        let message = strandlight_formats::system_in_plain_words(message);
+        if self.state.error.as_ref() != Some(&message) {
+            self.log.write("error", json!({ "message": &message }));
             self.is_outdated = true;
         }
-        self.state.error = Some(message.to_owned());
+        self.state.error = Some(message);
     }
 }
 

@@ -67,6 +67,9 @@ impl FrameRange {
             _ => self.first.to_string(),
         };
         let what = match n {
+            1 if wanted.contains("..") => {
+                format!("it has no frames {wanted}: the hair does not move")
+            }
             1 => format!("it has no frame {wanted}: the hair does not move"),
             _ => format!("it has frames 0..{}, not {wanted}", end - 1),
         };

@@ -128,9 +128,10 @@ impl<'a> Source<'a> {
                 import.groom.guess_source(),
             ),
             // In the usual unit it may be too large for a groom.
-            Err(Error::Value { .. }) if self.options.cm_per_unit.is_none() => {
+            Err(error @ Error::Value { .. }) if self.options.cm_per_unit.is_none() => {
                 let small = self.options.clone().with_unit(0.01);
-                let import = self.file.import(&small).map_err(Failure::input)?;
+                let import = self.file.import(&small);
+                let import = import.map_err(|_| Failure::input(error))?;
                 ([false; 2], import.groom.guess_source())
             }
             Err(error) => return Err(Failure::input(error)),

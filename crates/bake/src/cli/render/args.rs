@@ -73,7 +73,8 @@ pub struct Args {
     pub size: Option<[u32; 2]>,
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MAX_SAMPLES.into()),
         help = format!("Samples per pixel, 1..={MAX_SAMPLES} [default: no samples: a visibility list, free of noise; the \
-            scene's number, {}, where a GPU has no room for the list]", RenderSection::default().samples))]
+            scene's number, {}, in pictures of more than 33 million pixels and where a GPU has no room for the list]",
+            RenderSection::default().samples))]
     pub samples: Option<u32>,
     /// Renderer; auto uses the GPU if there is one, and the CPU rather than a software adapter
     #[arg(long, value_enum, default_value_t = Choice::Auto)]

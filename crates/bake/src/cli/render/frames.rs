@@ -112,8 +112,7 @@ fn read(path: &Path) -> Result<Script, Failure> {
     let bytes = Files::Disk
         .read(path, script::MAX_BYTES)
         .map_err(Failure::input)?;
-    let text = std::str::from_utf8(&bytes).map_err(|error| Failure::file(path, error))?;
-    Script::from_json(text).map_err(|error| Failure::file(path, error))
+    Script::from_bytes(&bytes).map_err(|error| Failure::file(path, error))
 }
 
 /// OpenEXR unless the frame's name says otherwise.

@@ -161,7 +161,9 @@ pub fn parse(mut words: impl Iterator<Item = OsString>) -> Result<Args, String> 
     }
     args.job = job.unwrap_or_default();
     if scene.is_none() && args.job != Job::Window {
-        return Err(USAGE.to_owned());
+        return Err(format!(
+            "a scene file is missing: pictures without a window are of one; {USAGE}"
+        ));
     }
     args.scene = scene;
     args.set.extend(flags);

@@ -32,9 +32,8 @@ pub fn run(args: &Args) -> Answer<()> {
         }
         (Job::Script(path), Some(out)) => {
             let bytes = files::Files::Disk.read(path, script::MAX_BYTES)?;
-            let named = |error: &dyn Error| format!("{}: {error}", path.display());
-            let text = std::str::from_utf8(&bytes).map_err(|error| named(&error))?;
-            let script = Script::from_json(text).map_err(|error| named(&error))?;
+            let script = Script::from_bytes(&bytes);
+            let script = script.map_err(|error| format!("{}: {error}", path.display()))?;
             many(args, open(args)?, &script, out)
         }
         _ => Err("nothing to do".into()),

@@ -7,6 +7,7 @@ mod headless;
 mod output;
 mod window;
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -14,16 +15,15 @@ use args::{Args, Job, USAGE, help};
 use output::say;
 
 fn main() -> ExitCode {
-    let mut words = std::env::args_os().skip(1).peekable();
-    let first = words.peek().and_then(|word| word.to_str());
-    match first {
-        Some("--help" | "-h") => return ended(say(format_args!("{USAGE}\n{}", help()))),
-        Some("--version" | "-V") => {
-            return ended(say(concat!("strandview ", env!("CARGO_PKG_VERSION"))));
-        }
-        _ => {}
+    let words: Vec<OsString> = std::env::args_os().skip(1).collect();
+    let has = |options: [&str; 2]| words.iter().any(|word| options.iter().any(|of| word == of));
+    if has(["--help", "-h"]) {
+        return ended(say(format_args!("{USAGE}\n{}", help())));
     }
-    ended(args::parse(words).and_then(|args| run(&args)))
+    if has(["--version", "-V"]) {
+        return ended(say(concat!("strandview ", env!("CARGO_PKG_VERSION"))));
+    }
+    ended(args::parse(words.into_iter()).and_then(|args| run(&args)))
 }
 
 fn ended(answer: Result<(), String>) -> ExitCode {

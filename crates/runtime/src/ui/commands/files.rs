@@ -188,7 +188,7 @@ impl Workspace {
         }
         match self.write(None) {
             Ok(()) => self.go_on(then),
-            Err(error) => self.fail(&error.to_string()),
+            Err(error) => self.fail(&format!("not saved: {error}")),
         }
     }
 

@@ -29,7 +29,10 @@ impl Workspace {
         self.end_stroke();
         if is_photo(path) {
             match Photo::read(path) {
-                Ok(photo) => self.state.paint.open_photo(photo),
+                Ok(photo) => {
+                    self.state.error = None;
+                    self.state.paint.open_photo(photo);
+                }
                 Err(error) => self.fail(&error.to_string()),
             }
             self.is_outdated = true;
