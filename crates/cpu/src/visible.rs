@@ -15,8 +15,8 @@ const SHARES: [f64; 2] = [0.99, 0.9];
 /// Of neighbours along a strand that have such weight, one in so many is chosen.
 const STRIDE: usize = 3;
 
-/// Products of a point and a light in a picture soon after an edit. Where that would take more at one point in [`STRIDE`], fewer of
-/// these do for it, down to one in so many of them.
+/// Products of a point of plain round hair and a light that a picture soon after an edit may cost. Where one point in [`STRIDE`] would
+/// cost more, fewer of these do for it, down to one in so many of them.
 const MOST_PRODUCTS: usize = 700_000;
 const MOST_BETWEEN: usize = 3;
 
@@ -33,8 +33,11 @@ pub(super) struct VisiblePoints {
     pub order: Vec<u32>,
     /// How many of `order` are one in so many.
     pub n_thinned: usize,
-    /// How many of these do where it is known what the others were before an edit, see [`MOST_PRODUCTS`]; they come first.
+    /// How many of these do where it is known what the others were before an edit, see [`MOST_PRODUCTS`]; they come first. As many
+    /// until [`VisiblePoints::thin_for`].
     pub n_fewest: usize,
+    /// They are one in so many.
+    one_in: usize,
     /// How many make up nearly all of the picture.
     pub n_first: usize,
     /// Places of one in [`STRIDE`] of those that make up nearly all of the picture, at which bounce light is found: first
@@ -48,8 +51,8 @@ pub(super) struct VisiblePoints {
 
 impl VisiblePoints {
     /// Those of `list`, whose entries then have the place of their first point among these; that of
-    /// the second is the next. So many lights are on them.
-    pub fn number(list: &mut VisibilityList, strands: &Strands, n_lights: usize) -> VisiblePoints {
+    /// the second is the next.
+    pub fn number(list: &mut VisibilityList, strands: &Strands) -> VisiblePoints {
         let n_points = strands.points.len();
         // Halves, however many threads there are: sums are the same.
         let (first, second) = list.tiles.split_at(list.tiles.len() / 2);
@@ -82,7 +85,7 @@ impl VisiblePoints {
             list.tiles.par_iter_mut().for_each(number);
         });
         let is_joined = is_joined.into_iter().map(AtomicBool::into_inner).collect();
-        VisiblePoints::in_order(points, &has_weight, is_joined, n_lights)
+        VisiblePoints::in_order(points, &has_weight, is_joined)
     }
 
     /// By place: has it the weights of both [`SHARES`], and is the next one the other end of a segment?
@@ -90,36 +93,50 @@ impl VisiblePoints {
         points: Vec<u32>,
         [has_weight, has_much]: &[Vec<bool>; 2],
         is_joined: Vec<bool>,
-        n_lights: usize,
     ) -> VisiblePoints {
         let of_bounce =
             || first_thinned(&thinned(has_weight, &is_joined, STRIDE), &is_joined, STRIDE);
         let order = || {
             let is_thinned = thinned(has_much, &is_joined, STRIDE);
-            let n_thinned = is_thinned.iter().filter(|is_thinned| **is_thinned).count();
-            let products = n_thinned.saturating_mul(n_lights);
-            let one_in = products.div_ceil(MOST_PRODUCTS).clamp(1, MOST_BETWEEN);
-            let (mut order, n_fewest) = first_thinned(&is_thinned, &is_joined, one_in);
-            let others = (0..points.len() as u32).filter(|place| !is_thinned[*place as usize]);
+            let (mut order, others): (Vec<u32>, Vec<u32>) =
+                (0..points.len() as u32).partition(|place| is_thinned[*place as usize]);
+            let n_thinned = order.len();
             let (much, little): (Vec<u32>, Vec<u32>) =
-                others.partition(|place| has_weight[*place as usize]);
+                (others.into_iter()).partition(|place| has_weight[*place as usize]);
             order.extend(much);
             let n_first = order.len();
             order.extend(little);
-            (order, [n_fewest, n_thinned, n_first])
+            (order, [n_thinned, n_first])
         };
-        let ((order, [n_fewest, n_thinned, n_first]), (of_bounce, n_first_of_bounce)) =
+        let ((order, [n_thinned, n_first]), (of_bounce, n_first_of_bounce)) =
             rayon::join(order, of_bounce);
         VisiblePoints {
             points,
             order,
-            n_fewest,
+            n_fewest: n_thinned,
+            one_in: 1,
             n_thinned,
             n_first,
             of_bounce,
             n_first_of_bounce,
             is_joined,
         }
+    }
+
+    /// Finds which points do after an edit where one costs as many products as this.
+    pub fn thin_for(&mut self, products_of_point: usize) {
+        let products = self.n_thinned.saturating_mul(products_of_point);
+        let one_in = products.div_ceil(MOST_PRODUCTS).clamp(1, MOST_BETWEEN);
+        if one_in == self.one_in {
+            return;
+        }
+        let mut is_thinned = vec![false; self.points.len()];
+        for place in &self.order[..self.n_thinned] {
+            is_thinned[*place as usize] = true;
+        }
+        let (first, n_fewest) = first_thinned(&is_thinned, &self.is_joined, one_in);
+        self.order[..self.n_thinned].copy_from_slice(&first);
+        (self.n_fewest, self.one_in) = (n_fewest, one_in);
     }
 
     /// Radiance that is found at the first `n_done` places of the order, interpolated at the others; where it is known what was there `before`,
@@ -321,10 +338,6 @@ mod tests {
 
     /// Two strands and, on the first, two points of little weight; before these and at its end, points of not much.
     fn visible() -> VisiblePoints {
-        visible_by(1)
-    }
-
-    fn visible_by(n_lights: usize) -> VisiblePoints {
         let has_weight = [
             true, true, true, true, true, false, false, true, true, true, true,
         ];
@@ -336,7 +349,6 @@ mod tests {
             (0..11).collect(),
             &[has_weight.to_vec(), has_much.to_vec()],
             is_joined.to_vec(),
-            n_lights,
         )
     }
 
@@ -351,16 +363,21 @@ mod tests {
     }
 
     #[test]
-    fn many_lights_are_shaded_at_fewer_places_first() {
-        let by = |n_lights: usize| visible_by(n_lights);
+    fn costly_points_are_shaded_at_fewer_places_first() {
+        let mut visible = visible();
+        let mut by = |products: usize| {
+            visible.thin_for(products);
+            assert_eq!((visible.n_thinned, visible.n_first), (3, 9));
+            assert_eq!(visible.order[3..], [0, 2, 4, 7, 9, 10, 5, 6]);
+            (visible.n_fewest, visible.order[..3].to_vec())
+        };
         // Places 1 and 3 are on one strand, 8 is alone on its own.
         let all = MOST_PRODUCTS / 3;
-        assert_eq!(by(all).n_fewest, 3);
-        let few = by(all + 1);
-        assert_eq!((few.n_fewest, few.n_thinned, few.n_first), (2, 3, 9));
-        assert_eq!(few.order, [3, 8, 1, 0, 2, 4, 7, 9, 10, 5, 6]);
-        let fewest = by(usize::MAX);
-        assert_eq!((fewest.n_fewest, &fewest.order[..3]), (2, &[3, 8, 1][..]));
+        assert_eq!(by(all), (3, vec![1, 3, 8]));
+        assert_eq!(by(all + 1), (2, vec![3, 8, 1]));
+        assert_eq!(by(usize::MAX), (2, vec![3, 8, 1]));
+        // Cheaper again, as where paint was taken away.
+        assert_eq!(by(all), (3, vec![1, 3, 8]));
     }
 
     #[test]
@@ -445,7 +462,6 @@ mod tests {
                 vec![false, true, false, false],
             ],
             vec![false, false, true, false],
-            1,
         );
         let mut radiance = Radiance::black(4, false);
         radiance.at[1] = [1.0; 4];

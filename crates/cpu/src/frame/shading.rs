@@ -187,9 +187,29 @@ impl Frame {
         true
     }
 
+    /// About what shading a point costs, in products of a light and a point of plain round hair.
+    fn products_of_point(&self, scene: &PreparedScene) -> usize {
+        let n_lights = scene.lights.len();
+        let needed = self.needed();
+        if needed.has_others || self.tables_of(scene).is_none() {
+            // The closed form of multiple scattering.
+            10 * n_lights
+        } else if scene.hair.optics().fibre.is_elliptic() {
+            2 * n_lights
+        } else if needed.painted {
+            3 * n_lights / 2
+        } else {
+            n_lights
+        }
+    }
+
     /// Plans which points and lights are shaded, in which order.
     fn begin_shading(&mut self, picturing: &Picturing, quality: Quality) {
         let scene = picturing.scene;
+        let products_of_point = self.products_of_point(scene);
+        if let Some((_, visible)) = &mut self.list {
+            visible.thin_for(products_of_point);
+        }
         let (Some(lights), Some((list, visible))) = (&self.lights, &self.list) else {
             return;
         };

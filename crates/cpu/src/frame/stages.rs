@@ -98,7 +98,7 @@ impl Frame {
             }
             Some((mut listing, true)) => {
                 let mut list = listing.finish();
-                let visible = VisiblePoints::number(&mut list, strands, scene.lights.len());
+                let visible = VisiblePoints::number(&mut list, strands);
                 Some((list, visible))
             }
         });
